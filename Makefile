@@ -1,0 +1,56 @@
+# Two commands on a fresh machine: `make run`, `make test`. Needs git, make, a C compiler, cargo and
+# Python >= 3.11 with venv; everything else lands in .venv and target here.
+
+UV_VERSION := 0.13.9
+UV := .uv/bin/uv
+export UV_PYTHON_DOWNLOADS := never
+export UV_SYSTEM_CERTS := true
+PY := .venv/bin/python
+CAIRN := .venv/bin/cairn
+
+.PHONY: run test test-slow test-rust test-python lint format setup bench lock clean
+
+run: setup
+	$(CAIRN) run office
+
+test: setup test-rust test-python
+
+test-rust:
+	cargo test --workspace --quiet
+
+test-python: setup
+	$(PY) -m pytest
+
+test-slow: setup
+	$(PY) -m pytest -m slow
+
+lint: setup
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --quiet -- -D warnings
+	$(PY) -m ruff format --check python tests
+	$(PY) -m ruff check python tests
+	$(PY) -m pyright
+
+format: setup
+	cargo fmt --all
+	$(PY) -m ruff format python tests
+	$(PY) -m ruff check --fix python tests
+
+# uv rebuilds the brain whenever a Rust source changed (cache-keys in pyproject.toml).
+setup: .venv/bin/python
+	@$(UV) pip install --quiet --python $(PY) --constraint constraints.txt --editable ".[sim]" --group dev
+
+.venv/bin/python: | $(UV)
+	$(UV) venv --quiet --python "$$(command -v python3)" .venv
+
+$(UV):
+	python3 -m venv .uv
+	.uv/bin/python -m pip install --quiet --disable-pip-version-check uv==$(UV_VERSION)
+
+# Pins every version for setup. Run after changing a dependency, and commit the result.
+lock: | $(UV)
+	$(UV) pip compile --quiet --universal --python-version 3.11 --all-extras --group dev \
+		--no-emit-index-url --no-header --no-annotate pyproject.toml --output-file constraints.txt
+
+clean:
+	rm -rf .venv .uv target runs

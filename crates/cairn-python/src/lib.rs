@@ -1,0 +1,25 @@
+//! The Python face of the brain. Convert, release the GIL, call, map errors; no mathematics.
+
+use pyo3::prelude::*;
+
+mod avoid;
+mod errors;
+mod locate;
+mod navigate;
+mod plan;
+mod robot;
+mod track;
+mod world;
+
+#[pymodule]
+fn _brain(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    robot::register(module)?;
+    world::register(module)?;
+    plan::register(module)?;
+    track::register(module)?;
+    avoid::register(module)?;
+    locate::register(module)?;
+    navigate::register(module)?;
+    Ok(())
+}

@@ -1,0 +1,1 @@
+//! Zero-order Sugeno fuzzy systems.

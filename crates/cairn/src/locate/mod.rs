@@ -1,0 +1,1 @@
+//! Where the robot is: encoders and gyroscope fused.

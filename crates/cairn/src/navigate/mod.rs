@@ -1,0 +1,1 @@
+//! Modes, transitions, and the navigator that holds the parts together.

@@ -1,0 +1,1 @@
+//! Exact cost-to-go and policy.

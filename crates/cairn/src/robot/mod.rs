@@ -1,0 +1,5 @@
+//! What is known of a robot beforehand: outline, limits, wheels and sensors.
+
+mod profile;
+
+pub use profile::{Drive, Footprint, Lidar, Limits, ProfileError, RobotProfile, Sonar};

@@ -1,0 +1,1 @@
+//! Waypoints, look-ahead curvature and the path tracker.
