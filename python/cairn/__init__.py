@@ -2,5 +2,6 @@
 
 from cairn import errors
 from cairn._brain import __version__
+from cairn.world import World, costmap, distance_to_occupied
 
-__all__ = ["__version__", "errors"]
+__all__ = ["World", "__version__", "costmap", "distance_to_occupied", "errors"]

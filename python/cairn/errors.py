@@ -26,3 +26,70 @@ class ProfileValueOutOfRange(CairnError):
     key: str
     value: float
     least: float
+
+
+# ---- worlds --------------------------------------------------------------------------------------
+
+
+class WorldShapeInvalid(CairnError):
+    """An array of a world is not (rows, cols) with a cell at least, or not like the others."""
+
+    what: str
+    shape: tuple[int, ...]
+
+
+class WorldCellInvalid(CairnError):
+    """A cell of a world holds what no cell can hold."""
+
+    what: str
+    row: int
+    col: int
+    value: float
+
+
+class WorldValueOutOfRange(CairnError):
+    """The resolution, origin or footprint is not usable."""
+
+    key: str
+    value: Any
+
+
+class WorldGoalInvalid(CairnError):
+    """A goal of a world is not two or three finite numbers."""
+
+    goal: str
+    value: Any
+
+
+class PointOutsideWorld(CairnError):
+    """No cell of the world holds the point."""
+
+    x: float
+    y: float
+    extent: tuple[float, float, float, float]
+
+
+class CostmapValueOutOfRange(CairnError):
+    """A weight, margin or speed of a cost map is not usable."""
+
+    key: str
+    value: float
+    rule: str
+
+
+class LayerShapeMismatch(CairnError):
+    """A layer of a cost map has not one value for every cell."""
+
+    layer: str
+    values: int
+    rows: int
+    cols: int
+
+
+class LayerValueInvalid(CairnError):
+    """A layer of a cost map holds a negative number or NaN."""
+
+    layer: str
+    row: int
+    col: int
+    value: float
