@@ -2,6 +2,7 @@
 
 from cairn import errors
 from cairn._brain import __version__
+from cairn.profile import Profile
 from cairn.world import World, costmap, distance_to_occupied
 
-__all__ = ["World", "__version__", "costmap", "distance_to_occupied", "errors"]
+__all__ = ["Profile", "World", "__version__", "costmap", "distance_to_occupied", "errors"]

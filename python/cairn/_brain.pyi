@@ -1,6 +1,6 @@
 """Types of the compiled brain; the public names are re-exported by `cairn`."""
 
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,9 @@ __version__: str
 
 class Profile:
     """A robot profile, checked: outline, limits, wheels and sensors."""
+
+    def __new__(cls, text: str) -> Self:
+        """Read a profile from TOML text."""
 
     @staticmethod
     def from_toml(text: str) -> Profile:

@@ -93,3 +93,71 @@ class LayerValueInvalid(CairnError):
     row: int
     col: int
     value: float
+
+
+class ProfileKeyUnknown(CairnError):
+    """A table of a robot profile has a key that nobody reads."""
+
+    profile: str
+    key: str
+    known: list[str]
+
+
+class ProfileKeyMissing(CairnError):
+    """A table of a robot profile lacks a key."""
+
+    profile: str
+    key: str
+
+
+class ProfileNotFound(CairnError):
+    """Neither a shipped profile nor a file."""
+
+    profile: str
+    known: list[str]
+
+
+class ProfileTableMissing(CairnError):
+    """A simulation was asked of a profile without the table that describes it."""
+
+    profile: str
+    table: str
+
+
+# ---- robots --------------------------------------------------------------------------------------
+
+
+class NoiseFactorOutOfRange(CairnError):
+    """Noise cannot be scaled by this."""
+
+    factor: float
+
+
+class StandsInObstacle(CairnError):
+    """A robot was put where something already stands."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+    obstacle: str
+
+
+class BoxOutOfRange(CairnError):
+    """A box of a scene has sizes, a place or times that no box can have."""
+
+    box: str
+    key: str
+    value: object
+
+
+class StepOutOfRange(CairnError):
+    """A robot cannot be advanced by this time."""
+
+    dt_s: float
+
+
+class CommandNotFinite(CairnError):
+    """A commanded speed is NaN or infinite."""
+
+    linear_mps: float
+    angular_radps: float

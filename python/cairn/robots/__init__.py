@@ -1,0 +1,20 @@
+"""Robots: what a navigator drives, and the worlds that simulated ones stand in."""
+
+from cairn.profile import Noise
+from cairn.robots.kinematic import KinematicRobot
+from cairn.robots.robot import Contact, Pose, Readings, Robot, SimulatedRobot, Twist
+from cairn.robots.scene import Box, Scene, Stage
+
+__all__ = [
+    "Box",
+    "Contact",
+    "KinematicRobot",
+    "Noise",
+    "Pose",
+    "Readings",
+    "Robot",
+    "Scene",
+    "SimulatedRobot",
+    "Stage",
+    "Twist",
+]

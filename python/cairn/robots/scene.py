@@ -1,0 +1,253 @@
+"""What truly stands in the world of a simulation: a map's walls, and things no map shows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, Protocol
+
+import numpy as np
+
+from cairn import errors
+from cairn.profile import Footprint
+from cairn.robots import rectangles as rect
+from cairn.robots.rectangles import Floats
+from cairn.robots.robot import Pose
+
+
+class Gridded(Protocol):
+    """The part of `cairn.World` that a scene is made from."""
+
+    @property
+    def occupancy(self) -> Any:
+        """uint8 (rows, cols), 1 where something stands."""
+        ...
+
+    @property
+    def resolution_m(self) -> float:
+        """Side of a cell."""
+        ...
+
+    @property
+    def origin(self) -> Any:
+        """Pose (x, y, yaw) of the corner of cell (0, 0) in the world frame."""
+        ...
+
+
+@dataclass(frozen=True)
+class Box:
+    """Something standing that the map does not show.
+
+    Attributes:
+        x, y: centre, world frame [m].
+        length_m, width_m: sides along its own x and y axes.
+        heading: of its x axis [rad].
+        name: as contacts and reports call it.
+        height_m: for a physics engine and pictures.
+        from_s, until_s: stands from, and until before, these times of the robot's clock.
+        appears_within_m: appears for good once a robot's centre is this near to `appears_near`
+            (by default its own centre). A box never appears onto a robot: it waits for the place
+            to be free.
+    """
+
+    x: float
+    y: float
+    length_m: float
+    width_m: float
+    heading: float = 0.0
+    name: str = "box"
+    height_m: float = 0.6
+    from_s: float = 0.0
+    until_s: float = math.inf
+    appears_within_m: float | None = None
+    appears_near: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        """Check every number."""
+        for key in ("x", "y", "heading", "from_s"):
+            self._check(key, math.isfinite(getattr(self, key)), "a finite number")
+        for key in ("length_m", "width_m", "height_m"):
+            value = getattr(self, key)
+            self._check(key, math.isfinite(value) and value > 0, "a positive finite number")
+        self._check("until_s", self.until_s > self.from_s, "later than from_s")
+        near = self.appears_within_m
+        self._check("appears_within_m", near is None or near > 0, "a positive number")
+
+    def _check(self, key: str, good: bool, wanted: str) -> None:
+        if not good:
+            value = getattr(self, key)
+            raise errors.BoxOutOfRange(
+                f"box `{self.name}`: {key} is {value}, must be {wanted}",
+                box=self.name,
+                key=key,
+                value=value,
+            )
+
+    @property
+    def rectangle(self) -> Floats:
+        """On the ground, (6,); see `cairn.robots.rectangles`."""
+        return rect.rectangle(self.x, self.y, self.length_m, self.width_m, self.heading)
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """What stands where, unchanging; `stage()` begins a run in it.
+
+    Attributes:
+        walls: rectangles (n, 6) of what the map shows occupied, world frame.
+        wall_corners: points (k, 2) where the outline of that bends; sonar echoes from them.
+        boxes: what the map does not show.
+        wall_height_m: for a physics engine.
+    """
+
+    walls: Floats = field(default_factory=lambda: np.zeros((0, 6)))
+    wall_corners: Floats = field(default_factory=lambda: np.zeros((0, 2)))
+    boxes: tuple[Box, ...] = ()
+    wall_height_m: float = 1.0
+
+    @classmethod
+    def from_world(cls, world: Gridded, boxes: Iterable[Box | dict[str, Any]] = ()) -> Scene:
+        """The occupied cells of a map as few rectangles, and `boxes` besides.
+
+        Unknown cells are empty. Boxes may be dicts of `Box`'s fields.
+
+        Raises:
+            BoxOutOfRange: a box has an unknown key or an impossible number.
+        """
+        occupied = np.asarray(world.occupancy) == 1
+        cell, (x, y, yaw) = float(world.resolution_m), map(float, world.origin)
+        c, s = math.cos(yaw), math.sin(yaw)
+
+        def in_world(u: Floats, v: Floats) -> tuple[Floats, Floats]:
+            return x + c * u - s * v, y + s * u + c * v
+
+        cells = rect.covering(occupied).astype(np.float64) * cell
+        r0, c0, r1, c1 = cells.T
+        cx, cy = in_world((c0 + c1) / 2, (r0 + r1) / 2)
+        n = len(cells)
+        walls = np.column_stack(
+            [cx, cy, (c1 - c0) / 2, (r1 - r0) / 2, np.full(n, c), np.full(n, s)]
+        )
+        points = rect.lattice_corners(occupied).astype(np.float64) * cell
+        return cls(
+            walls.reshape(-1, 6),
+            np.column_stack(in_world(points[:, 1], points[:, 0])).reshape(-1, 2),
+            tuple(_as_box(box) for box in boxes),
+        )
+
+    def stage(self) -> Stage:
+        """Begin a run."""
+        return Stage(self)
+
+    def clearance_m(self, pose: Sequence[float], footprint: Footprint) -> float:
+        """From an outline at (x, y, heading) to walls and all boxes, whenever they stand [m]."""
+        everything = np.vstack([self.walls, *(box.rectangle[None] for box in self.boxes)])
+        outline = outline_at(Pose(*pose), footprint)
+        return float(rect.distances(outline, everything).min(initial=math.inf))
+
+
+class Stage:
+    """A scene during a run: which boxes stand now.
+
+    Attributes:
+        scene: what it is a run of.
+        standing: of the scene's boxes, bool (n,).
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        """Begin at time zero with the boxes that stand from the start."""
+        self.scene = scene
+        self._boxes = np.array([b.rectangle for b in scene.boxes]).reshape(-1, 6)
+        self._triggered = np.array([b.appears_within_m is None for b in scene.boxes], dtype=bool)
+        self.standing = np.zeros(len(scene.boxes), dtype=bool)
+        self._assemble()
+        self.update(0.0, ())
+
+    def update(self, time_s: float, robots: Sequence[tuple[Pose, Footprint]]) -> bool:
+        """Let boxes come and go. True when one did."""
+        before = self.standing.copy()
+        for i, box in enumerate(self.scene.boxes):
+            if not self._triggered[i]:
+                x, y = box.appears_near or (box.x, box.y)
+                within = box.appears_within_m or 0.0
+                self._triggered[i] = any(math.hypot(p.x - x, p.y - y) <= within for p, _ in robots)
+            # A tenth of a microsecond: clocks are sums of steps.
+            wanted = self._triggered[i] and box.from_s <= time_s + 1e-7 < box.until_s
+            if wanted and not self.standing[i]:
+                free = all(
+                    rect.distances(outline_at(p, f), self._boxes[i : i + 1])[0] > 0
+                    for p, f in robots
+                )
+                self.standing[i] = free
+            elif not wanted:
+                self.standing[i] = False
+        changed = bool((before != self.standing).any())
+        if changed:
+            self._assemble()
+        return changed
+
+    def _assemble(self) -> None:
+        boxes = self._boxes[self.standing]
+        self.rectangles = np.vstack([self.scene.walls, boxes])
+        self.corners = np.vstack([self.scene.wall_corners, rect.corners(boxes).reshape(-1, 2)])
+        self._standing_index = np.flatnonzero(self.standing)
+        self._reach = np.hypot(self.rectangles[:, 2], self.rectangles[:, 3])
+
+    def name_of(self, index: int) -> str:
+        """What row `index` of `rectangles` is called."""
+        walls = len(self.scene.walls)
+        if index < walls:
+            return "wall"
+        return self.scene.boxes[self._standing_index[index - walls]].name
+
+    def near(self, x: float, y: float, radius_m: float) -> np.ndarray:
+        """Rows of `rectangles` that may reach into a disc."""
+        centres = self.rectangles[:, :2]
+        gap = np.hypot(centres[:, 0] - x, centres[:, 1] - y) - self._reach
+        return np.flatnonzero(gap <= radius_m)
+
+    def clearance_m(self, pose: Pose, footprint: Footprint) -> float:
+        """Exact distance from the outline to the nearest thing standing; inf if there is none."""
+        return float(
+            rect.distances(outline_at(pose, footprint), self.rectangles).min(initial=math.inf)
+        )
+
+    def touching(self, pose: Pose, footprint: Footprint) -> str | None:
+        """Name of something that the outline overlaps."""
+        gaps = rect.distances(outline_at(pose, footprint), self.rectangles)
+        hit = np.flatnonzero(gaps <= 0)
+        return self.name_of(int(hit[0])) if hit.size else None
+
+    def refuse_if_taken(self, pose: Pose, footprint: Footprint) -> None:
+        """Raise `StandsInObstacle` if the outline overlaps anything."""
+        name = self.touching(pose, footprint)
+        if name is not None:
+            raise errors.StandsInObstacle(
+                f"a robot at ({pose.x:.3f}, {pose.y:.3f}) m, heading {pose.heading:.3f} rad, "
+                f"would stand in `{name}`",
+                x_m=pose.x,
+                y_m=pose.y,
+                heading_rad=pose.heading,
+                obstacle=name,
+            )
+
+
+def outline_at(pose: Pose, footprint: Footprint) -> Floats:
+    """A robot's outline on the ground, (6,)."""
+    return rect.rectangle(pose.x, pose.y, footprint.length_m, footprint.width_m, pose.heading)
+
+
+def _as_box(box: Box | dict[str, Any]) -> Box:
+    if isinstance(box, Box):
+        return box
+    known = {f.name for f in fields(Box)}
+    for key, value in box.items():
+        if key not in known:
+            raise errors.BoxOutOfRange(
+                f"box: unknown key `{key}`; a box has {', '.join(sorted(known))}",
+                box=str(box.get("name", "box")),
+                key=key,
+                value=value,
+            )
+    return Box(**box)
