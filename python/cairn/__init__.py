@@ -2,7 +2,18 @@
 
 from cairn import errors
 from cairn._brain import __version__
+from cairn.planning import Field, plan, plan_grid
 from cairn.profile import Profile
 from cairn.world import World, costmap, distance_to_occupied
 
-__all__ = ["Profile", "World", "__version__", "costmap", "distance_to_occupied", "errors"]
+__all__ = [
+    "Field",
+    "Profile",
+    "World",
+    "__version__",
+    "costmap",
+    "distance_to_occupied",
+    "errors",
+    "plan",
+    "plan_grid",
+]

@@ -36,3 +36,66 @@ def costmap(
     layers: list[tuple[str, NDArray[np.float32], float]],
 ) -> NDArray[np.float32]:
     """Cost per metre of every cell for a robot of this outline, inf blocked."""
+
+class GridField:
+    """Cost-to-go and next cell of every cell of a grid."""
+
+    @property
+    def unit(self) -> float:
+        """Native cost of one straight step through cells of unit cost."""
+
+    @property
+    def goals(self) -> list[tuple[int, int]]:
+        """The goal cells."""
+
+    def native(self) -> NDArray[Any]:
+        """Return the solver's own array, not copied, read-only."""
+
+    def next_node(self) -> NDArray[np.int8]:
+        """Return codes 0..7 or -1, not copied, read-only."""
+
+    def cost_to_go(self, scale: float) -> NDArray[np.float64]:
+        """Return the cost-to-go [cost x cells] times `scale`."""
+
+    def path(self, start: tuple[int, int]) -> NDArray[np.int64] | None:
+        """Return the cells from `start` to a goal, or None."""
+
+    def path_in_world(
+        self, start: tuple[float, float], goals: list[tuple[float, float]]
+    ) -> NDArray[np.float64] | None:
+        """Return the way from a point of the world to a goal point, or None."""
+
+Place = tuple[float, tuple[float, float, float]]
+
+def plan_free(
+    free: NDArray[np.bool_],
+    goals: list[tuple[int, int]],
+    place: Place,
+    corner_cutting: bool,
+    paper_steps: bool,
+    threads: int | None,
+) -> GridField:
+    """Plan on a bool grid, True free, in integer steps."""
+
+def plan_costs_f32(
+    costs: NDArray[np.float32],
+    goals: list[tuple[int, int]],
+    place: Place,
+    corner_cutting: bool,
+    threads: int | None,
+) -> GridField:
+    """Plan on a float32 grid of costs."""
+
+def plan_costs_f64(
+    costs: NDArray[np.float64],
+    goals: list[tuple[int, int]],
+    place: Place,
+    corner_cutting: bool,
+    threads: int | None,
+) -> GridField:
+    """Plan on a float64 grid of costs."""
+
+def goal_cells(
+    points: list[tuple[float, float]], rows: int, cols: int, place: Place
+) -> list[tuple[int, int]]:
+    """Row and column of the cells that hold points of the world; refuses points off the map."""

@@ -278,7 +278,7 @@ def _checked_origin(origin: Any) -> tuple[float, float, float]:
         raise errors.WorldValueOutOfRange(
             f"world: origin is {origin!r}, must be (x, y, yaw)", key="origin", value=origin
         )
-    x, y, yaw = (_checked_number(f"origin.{k}", v) for k, v in zip("x y yaw".split(), origin))  # noqa: B905
+    x, y, yaw = (_checked_number(f"origin.{k}", v) for k, v in zip(["x", "y", "yaw"], origin))  # noqa: B905
     return x, y, yaw
 
 

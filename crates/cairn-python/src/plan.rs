@@ -1,5 +1,203 @@
+use std::sync::Arc;
+
+use cairn::geometry::{Point2, Pose2};
+use cairn::plan::{self, PlanError, PlanOptions, Steps, Values};
+use cairn::world::{Cell, Grid, GridGeometry};
+use numpy::ndarray::ArrayView2;
+use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-pub fn register(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+use crate::errors::to_python;
+
+/// Cost-to-go and next cell of every cell of a grid. `cairn.planning.Field` is its public face.
+#[pyclass(frozen, module = "cairn._brain")]
+pub struct GridField {
+    pub inner: Arc<plan::Field>,
+}
+
+#[pymethods]
+impl GridField {
+    /// Native cost of one straight step through cells of unit cost.
+    #[getter]
+    fn unit(&self) -> f64 {
+        self.inner.unit()
+    }
+
+    /// The goal cells.
+    #[getter]
+    fn goals(&self) -> Vec<(usize, usize)> {
+        self.inner.goals().iter().map(|cell| (cell.row, cell.col)).collect()
+    }
+
+    /// The solver's own array, not copied, read-only.
+    fn native<'py>(this: &Bound<'py, Self>) -> Bound<'py, PyAny> {
+        let field = this.get();
+        match field.inner.native() {
+            Values::U32(values) => field.lend(this, values).into_any(),
+            Values::U64(values) => field.lend(this, values).into_any(),
+            Values::F32(values) => field.lend(this, values).into_any(),
+            Values::F64(values) => field.lend(this, values).into_any(),
+        }
+    }
+
+    /// Codes 0..7 or -1, not copied, read-only.
+    fn next_node<'py>(this: &Bound<'py, Self>) -> Bound<'py, PyArray2<i8>> {
+        this.get().lend(this, this.get().inner.next_codes())
+    }
+
+    /// Cost-to-go [cost x cells] times `scale`.
+    fn cost_to_go<'py>(&self, py: Python<'py>, scale: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let values = py.detach(|| self.inner.costs_to_go(scale));
+        let geometry = self.inner.geometry();
+        values.into_pyarray(py).reshape([geometry.rows, geometry.cols])
+    }
+
+    /// The cells from `start` to a goal, or None.
+    fn path<'py>(&self, py: Python<'py>, start: (i64, i64)) -> PyResult<Option<Bound<'py, PyArray2<i64>>>> {
+        let GridGeometry { rows, cols, .. } = *self.inner.geometry();
+        let outside = || PlanError::StartOutsideGrid { row: start.0, col: start.1, rows, cols };
+        let cell = cell_inside(start, rows, cols).ok_or_else(|| to_python(&outside()))?;
+        let Some(cells) = py.detach(|| self.inner.path(cell)) else { return Ok(None) };
+        let flat: Vec<i64> = cells.iter().flat_map(|cell| [cell.row as i64, cell.col as i64]).collect();
+        Ok(Some(flat.into_pyarray(py).reshape([cells.len(), 2])?))
+    }
+
+    /// The way from a point of the world to a goal point, or None.
+    fn path_in_world<'py>(
+        &self,
+        py: Python<'py>,
+        start: (f64, f64),
+        goals: Vec<(f64, f64)>,
+    ) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let goals: Vec<Point2> = goals.into_iter().map(|(x, y)| Point2::new(x, y)).collect();
+        let path = py.detach(|| self.inner.path_in_world(Point2::new(start.0, start.1), &goals));
+        let Some(points) = path.map_err(|e| to_python(&e))? else { return Ok(None) };
+        let flat: Vec<f64> = points.iter().flat_map(|point| [point.x, point.y]).collect();
+        Ok(Some(flat.into_pyarray(py).reshape([points.len(), 2])?))
+    }
+}
+
+impl GridField {
+    #[allow(unsafe_code)]
+    fn lend<'py, T: Element>(&self, owner: &Bound<'py, Self>, values: &[T]) -> Bound<'py, PyArray2<T>> {
+        let geometry = self.inner.geometry();
+        let view =
+            ArrayView2::from_shape((geometry.rows, geometry.cols), values).expect("one value per cell");
+        // SAFETY: `values` is memory of `inner`, which `owner` keeps alive and, being frozen, never changes;
+        // the array is made read-only before anyone sees it.
+        let array = unsafe { PyArray2::borrow_from_array(&view, owner.clone().into_any()) };
+        array.readwrite().make_nonwriteable();
+        array
+    }
+}
+
+fn cell_inside((row, col): (i64, i64), rows: usize, cols: usize) -> Option<Cell> {
+    let row = usize::try_from(row).ok().filter(|&row| row < rows)?;
+    let col = usize::try_from(col).ok().filter(|&col| col < cols)?;
+    Some(Cell::new(row, col))
+}
+
+/// (resolution [m], (x, y, yaw)) of a grid in the world.
+type Place = (f64, (f64, f64, f64));
+
+fn geometry_of<T: Element>(array: &PyReadonlyArray2<'_, T>, (resolution_m, origin): Place) -> GridGeometry {
+    let (rows, cols) = array.as_array().dim();
+    let world_from_grid = Pose2::new(origin.0, origin.1, origin.2);
+    GridGeometry { rows, cols, resolution_m, world_from_grid }
+}
+
+fn grid_of<T: Element + Copy>(array: &PyReadonlyArray2<'_, T>, place: Place) -> Grid<T> {
+    Grid::new(geometry_of(array, place), array.as_array().iter().copied().collect())
+}
+
+fn cells_of(goals: Vec<(i64, i64)>, geometry: &GridGeometry) -> PyResult<Vec<Cell>> {
+    let GridGeometry { rows, cols, .. } = *geometry;
+    let cell = |(row, col)| {
+        let outside = || to_python(&PlanError::GoalOutsideGrid { row, col, rows, cols });
+        cell_inside((row, col), rows, cols).ok_or_else(outside)
+    };
+    if geometry.is_empty() { Ok(vec![Cell::new(0, 0)]) } else { goals.into_iter().map(cell).collect() }
+}
+
+fn options_of(corner_cutting: bool, paper_steps: bool, threads: Option<usize>) -> PlanOptions {
+    PlanOptions { corner_cutting, steps: if paper_steps { Steps::Paper } else { Steps::Fine }, threads }
+}
+
+fn solved(result: Result<plan::Field, PlanError>) -> PyResult<GridField> {
+    result.map(|field| GridField { inner: Arc::new(field) }).map_err(|e| to_python(&e))
+}
+
+/// Plans on a bool grid, True free, in integer steps.
+#[pyfunction]
+fn plan_free(
+    py: Python<'_>,
+    free: PyReadonlyArray2<'_, bool>,
+    goals: Vec<(i64, i64)>,
+    place: Place,
+    corner_cutting: bool,
+    paper_steps: bool,
+    threads: Option<usize>,
+) -> PyResult<GridField> {
+    let grid = grid_of(&free, place);
+    let goals = cells_of(goals, &grid.geometry)?;
+    let options = options_of(corner_cutting, paper_steps, threads);
+    solved(py.detach(|| plan::plan_free(&grid, &goals, &options)))
+}
+
+/// Plans on a float32 grid of costs.
+#[pyfunction]
+fn plan_costs_f32(
+    py: Python<'_>,
+    costs: PyReadonlyArray2<'_, f32>,
+    goals: Vec<(i64, i64)>,
+    place: Place,
+    corner_cutting: bool,
+    threads: Option<usize>,
+) -> PyResult<GridField> {
+    let grid = grid_of(&costs, place);
+    let goals = cells_of(goals, &grid.geometry)?;
+    let options = options_of(corner_cutting, false, threads);
+    solved(py.detach(|| plan::plan_costs_f32(&grid, &goals, &options)))
+}
+
+/// Plans on a float64 grid of costs.
+#[pyfunction]
+fn plan_costs_f64(
+    py: Python<'_>,
+    costs: PyReadonlyArray2<'_, f64>,
+    goals: Vec<(i64, i64)>,
+    place: Place,
+    corner_cutting: bool,
+    threads: Option<usize>,
+) -> PyResult<GridField> {
+    let grid = grid_of(&costs, place);
+    let goals = cells_of(goals, &grid.geometry)?;
+    let options = options_of(corner_cutting, false, threads);
+    solved(py.detach(|| plan::plan_costs_f64(&grid, &goals, &options)))
+}
+
+/// Row and column of the cells that hold points of the world; refuses points off the map.
+#[pyfunction]
+fn goal_cells(
+    points: Vec<(f64, f64)>,
+    rows: usize,
+    cols: usize,
+    place: Place,
+) -> PyResult<Vec<(usize, usize)>> {
+    let (resolution_m, origin) = place;
+    let world_from_grid = Pose2::new(origin.0, origin.1, origin.2);
+    let geometry = GridGeometry { rows, cols, resolution_m, world_from_grid };
+    let cell = |(x_m, y_m)| match geometry.cell_at(Point2::new(x_m, y_m)) {
+        Some(cell) => Ok((cell.row, cell.col)),
+        None => Err(to_python(&PlanError::GoalOutsideMap { x_m, y_m, rows, cols, resolution_m })),
+    };
+    points.into_iter().map(cell).collect()
+}
+
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<GridField>()?;
+    module.add_function(wrap_pyfunction!(plan_free, module)?)?;
+    module.add_function(wrap_pyfunction!(plan_costs_f32, module)?)?;
+    module.add_function(wrap_pyfunction!(plan_costs_f64, module)?)?;
+    module.add_function(wrap_pyfunction!(goal_cells, module)?)
 }

@@ -1,0 +1,267 @@
+use serde::Serialize;
+
+/// Everything that can be wrong with what a planner is given. No path is not an error.
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize)]
+pub enum PlanError {
+    /// The grid has no cell.
+    #[error("the grid is empty: {rows} x {cols} cells; give at least one row and one column")]
+    EmptyGrid {
+        /// Number of rows.
+        rows: usize,
+        /// Number of columns.
+        cols: usize,
+    },
+    /// More cells than a 32-bit index can name.
+    #[error("the grid has {cells} cells; the solver takes at most {most}")]
+    GridTooLarge {
+        /// Number of cells.
+        cells: usize,
+        /// The most it takes.
+        most: usize,
+    },
+    /// No goal was given.
+    #[error("no goal was given; give at least one")]
+    NoGoal,
+    /// A goal cell is not in the grid.
+    #[error("goal cell ({row}, {col}) is outside the grid: rows 0..{rows}, columns 0..{cols}")]
+    GoalOutsideGrid {
+        /// Row asked for.
+        row: i64,
+        /// Column asked for.
+        col: i64,
+        /// Number of rows.
+        rows: usize,
+        /// Number of columns.
+        cols: usize,
+    },
+    /// A goal point is not on the map.
+    #[error("goal ({x_m}, {y_m}) m is outside the map of {rows} x {cols} cells of {resolution_m} m")]
+    GoalOutsideMap {
+        /// World x \[m\].
+        x_m: f64,
+        /// World y \[m\].
+        y_m: f64,
+        /// Number of rows.
+        rows: usize,
+        /// Number of columns.
+        cols: usize,
+        /// Side of a cell \[m\].
+        resolution_m: f64,
+    },
+    /// A goal lies in a cell that cannot be entered.
+    #[error("goal cell ({row}, {col}) is blocked; choose a free cell")]
+    GoalBlocked {
+        /// Row.
+        row: usize,
+        /// Column.
+        col: usize,
+    },
+    /// A start cell is not in the grid.
+    #[error("start cell ({row}, {col}) is outside the grid: rows 0..{rows}, columns 0..{cols}")]
+    StartOutsideGrid {
+        /// Row asked for.
+        row: i64,
+        /// Column asked for.
+        col: i64,
+        /// Number of rows.
+        rows: usize,
+        /// Number of columns.
+        cols: usize,
+    },
+    /// A start point is not on the map.
+    #[error("start ({x_m}, {y_m}) m is outside the map of {rows} x {cols} cells of {resolution_m} m")]
+    StartOutsideMap {
+        /// World x \[m\].
+        x_m: f64,
+        /// World y \[m\].
+        y_m: f64,
+        /// Number of rows.
+        rows: usize,
+        /// Number of columns.
+        cols: usize,
+        /// Side of a cell \[m\].
+        resolution_m: f64,
+    },
+    /// A cell cost is not a number.
+    #[error("the cost of cell ({row}, {col}) is NaN; a cost is > 0, or inf for a blocked cell")]
+    CellCostNan {
+        /// Row.
+        row: usize,
+        /// Column.
+        col: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// A cell cost is below zero.
+    #[error("the cost of cell ({row}, {col}) is {value}, negative; a cost is > 0, or inf for a blocked cell")]
+    CellCostNegative {
+        /// Row.
+        row: usize,
+        /// Column.
+        col: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// A cell cost is zero, so that going round in circles would be free.
+    #[error("the cost of cell ({row}, {col}) is zero; a cost is > 0, or inf for a blocked cell")]
+    CellCostZero {
+        /// Row.
+        row: usize,
+        /// Column.
+        col: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// A finite cell cost cannot be written as f32: it would become zero or infinite.
+    #[error("the cost of cell ({row}, {col}) is {value}, beyond single precision; ask for precision f64")]
+    CellCostBeyondPrecision {
+        /// Row.
+        row: usize,
+        /// Column.
+        col: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// A link is so cheap beside the cost-to-go that adding it changes nothing.
+    #[error(
+        "at cell ({row}, {col}) a link vanishes beside the cost-to-go {cost_to_go} ({precision}): the costs \
+         differ too much in size; scale them, or ask for precision f64"
+    )]
+    LinkCostAbsorbed {
+        /// Row.
+        row: usize,
+        /// Column.
+        col: usize,
+        /// Cost-to-go of the cell.
+        cost_to_go: f64,
+        /// Number type of the field.
+        precision: &'static str,
+    },
+    /// A cost-to-go is larger than the number type can hold.
+    #[error(
+        "the cost-to-go of cell ({row}, {col}) is larger than {precision} can hold; scale the costs down, \
+         or ask for precision f64"
+    )]
+    CostToGoOverflow {
+        /// Row.
+        row: usize,
+        /// Column.
+        col: usize,
+        /// Number type of the field.
+        precision: &'static str,
+    },
+    /// Zero threads were asked for.
+    #[error("threads = 0: give at least 1, or none to let the solver choose")]
+    NoThreads,
+    /// A graph's `indptr` does not start at 0, end at the number of links, or have any entry.
+    #[error(
+        "indptr runs from {first} to {last}, but must run from 0 to the number of links, {links}, \
+         with one entry more than there are nodes"
+    )]
+    IndptrEnds {
+        /// First entry (-1 when there is none).
+        first: i64,
+        /// Last entry (-1 when there is none).
+        last: i64,
+        /// Number of links.
+        links: usize,
+    },
+    /// A graph's `indptr` falls.
+    #[error("indptr falls from {begin} to {end} at node {node}; it must never fall")]
+    IndptrFalls {
+        /// The node whose links these would be.
+        node: usize,
+        /// Its first link.
+        begin: i64,
+        /// One past its last link.
+        end: i64,
+    },
+    /// There is not one cost for every link.
+    #[error("{costs} costs for {links} links; give one cost for every link")]
+    LinkCostCount {
+        /// Number of costs.
+        costs: usize,
+        /// Number of links.
+        links: usize,
+    },
+    /// A link leads from or to a node that does not exist.
+    #[error("link {link} names node {node}, but the nodes are 0..{nodes}")]
+    NodeOutOfRange {
+        /// Number of the link.
+        link: usize,
+        /// The node it names.
+        node: i64,
+        /// Number of nodes.
+        nodes: usize,
+    },
+    /// More nodes or links than a 32-bit index can name.
+    #[error("the graph has {nodes} nodes and {links} links; at most {most} of each are taken")]
+    GraphTooLarge {
+        /// Number of nodes.
+        nodes: usize,
+        /// Number of links.
+        links: usize,
+        /// The most of each.
+        most: usize,
+    },
+    /// A link cost is not a number.
+    #[error(
+        "link {link} ({source_node} -> {target_node}) has the cost NaN; a cost is >= 0, or inf for no link"
+    )]
+    LinkCostNan {
+        /// Number of the link.
+        link: usize,
+        /// Node it leaves.
+        source_node: usize,
+        /// Node it enters.
+        target_node: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// A link cost is below zero.
+    #[error(
+        "link {link} ({source_node} -> {target_node}) has the cost {value}, negative; a cost is >= 0, or inf for no link"
+    )]
+    LinkCostNegative {
+        /// Number of the link.
+        link: usize,
+        /// Node it leaves.
+        source_node: usize,
+        /// Node it enters.
+        target_node: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// The longest way through a graph may not fit into the cost type.
+    #[error(
+        "{links} links at the dearest cost {dearest} could exceed what {precision} holds; \
+         scale the costs down or use floating point"
+    )]
+    GraphCostOverflow {
+        /// Most links of a walk that is looked at.
+        links: usize,
+        /// The dearest link.
+        dearest: f64,
+        /// Number type of the costs.
+        precision: &'static str,
+    },
+    /// A goal is not a node of the graph.
+    #[error("goal {node} is not a node: the nodes are 0..{nodes}")]
+    GoalNotANode {
+        /// The goal asked for.
+        node: i64,
+        /// Number of nodes.
+        nodes: usize,
+    },
+    /// A start is not a node of the graph.
+    #[error("start {node} is not a node: the nodes are 0..{nodes}")]
+    StartNotANode {
+        /// The start asked for.
+        node: i64,
+        /// Number of nodes.
+        nodes: usize,
+    },
+    /// The layered solution graph was given no level.
+    #[error("max_levels = 0: the layered solution graph needs at least one level")]
+    NoLevels,
+}

@@ -1,0 +1,295 @@
+"""Exact cost-to-go and next node of every cell or node [Maalouf06 §3].
+
+One plan serves every start: a robot knocked off its path goes on from wherever it is, and any
+number of robots share the field.
+
+Arithmetic on grids. Bool grids: integers, a straight step is 985 and a diagonal one 1393 (or the
+paper's 100 and 141), in uint32, or uint64 where a cost-to-go would not fit. Float grids: a link
+between cells of costs a and b costs (a + b) * h, h = 1/2 straight and sqrt(2)/2 diagonal, and paths
+are summed from the goal, one add per link, every operation rounded in the precision asked for.
+The field is the least fixed point in that arithmetic, whatever `threads` is.
+"""
+
+from collections.abc import Sequence
+from typing import Any, Literal, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from cairn import _brain, errors
+
+Precision = Literal["f32", "f64"]
+Steps = Literal["985/1393", "100/141"]
+GridCell = tuple[int, int]
+Point = Sequence[float]
+
+_CELLS = (1.0, (0.0, 0.0, 0.0))
+
+
+class PlannableWorld(Protocol):
+    """What `plan` reads of a world (`cairn.World` has it)."""
+
+    @property
+    def occupancy(self) -> npt.NDArray[np.uint8]:
+        """(rows, cols): 0 free, 1 occupied, 2 unknown; row 0 has the lowest y."""
+        ...
+
+    @property
+    def resolution_m(self) -> float:
+        """Side of a cell [m]."""
+        ...
+
+    @property
+    def origin(self) -> tuple[float, float, float]:
+        """(x, y, yaw) of the outer corner of cell (0, 0) in the world [m, m, rad]."""
+        ...
+
+    @property
+    def costs(self) -> npt.NDArray[np.floating] | None:
+        """Cost per metre of each cell, inf blocked, or None."""
+        ...
+
+
+class Field:
+    """Cost-to-go and next cell of every cell of a grid; made by `plan` and `plan_grid`.
+
+    Attributes:
+        native: the solver's own numbers, (rows, cols), read-only and not copied: uint32 or uint64
+            steps, `unit` of them to a straight step, the largest value where there is no way; or
+            float32 or float64 cost x cells, inf where there is no way.
+        next_node: int8 (rows, cols), read-only: the move to the next cell, (Δrow, Δcol) = 0 (0,1),
+            1 (1,1), 2 (1,0), 3 (1,-1), 4 (0,-1), 5 (-1,-1), 6 (-1,0), 7 (-1,1); the lowest code
+            among equally good ones; -1 at goals and where there is none.
+        goals: the goals as given: world points [m] of `plan`, (row, col) of `plan_grid`.
+        brain: the compiled field, for parts of Cairn that follow it.
+    """
+
+    def __init__(
+        self, brain: _brain.GridField, scale: float, goal_points: list[tuple[float, float]] | None
+    ) -> None:
+        """Wrap a solved field; `scale` turns cost x cells into the unit shown."""
+        self.brain = brain
+        self.native: npt.NDArray[Any] = brain.native()
+        self.next_node: npt.NDArray[np.int8] = brain.next_node()
+        self.goals: list[Any] = list(brain.goals if goal_points is None else goal_points)
+        self._scale = scale
+        self._goal_points = goal_points
+        self._cost_to_go: npt.NDArray[np.float64] | None = None
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, cols)."""
+        rows, cols = self.next_node.shape
+        return rows, cols
+
+    @property
+    def unit(self) -> float:
+        """`native` cost of one straight step through cells of unit cost: 985, 100 or 1."""
+        return self.brain.unit
+
+    @property
+    def cost_to_go(self) -> npt.NDArray[np.float64]:
+        """Cost of the best way from every cell, (rows, cols), float64, computed on first use.
+
+        Unit: cost x metres for `plan` (metres on a world without costs), cost x cells for
+        `plan_grid`. 0 at goals, inf where blocked or unreachable.
+        """
+        if self._cost_to_go is None:
+            self._cost_to_go = self.brain.cost_to_go(self._scale)
+            self._cost_to_go.flags.writeable = False
+        return self._cost_to_go
+
+    def path(self, start: Point) -> npt.NDArray[Any] | None:
+        """Walk the pointers from `start` to a goal.
+
+        Args:
+            start: (x, y) in the world [m] for a field of `plan`; (row, col) for `plan_grid`.
+
+        Returns:
+            For `plan`: float64 (n, 2) world points [m]: `start` itself, the centres of the cells
+            between, the goal point itself; no point twice. For `plan_grid`: int64 (n, 2) cells,
+            both ends included. None from anywhere that cannot reach a goal.
+
+        Raises:
+            StartOutsideMap: `start` is not on the map (or NaN).
+            StartOutsideGrid: the cell `start` is not in the grid.
+        """
+        if self._goal_points is None:
+            row, col = start
+            return self.brain.path((_integer(row), _integer(col)))
+        return self.brain.path_in_world((float(start[0]), float(start[1])), self._goal_points)
+
+    def __repr__(self) -> str:
+        """Shape, number type and goals."""
+        rows, cols = self.shape
+        return f"Field({rows} x {cols} cells, {self.native.dtype}, goals={self.goals})"
+
+
+def plan(
+    world: PlannableWorld,
+    goal: Point | Sequence[Point],
+    *,
+    corner_cutting: bool = False,
+    precision: Precision | None = None,
+    unknown: Literal["blocked", "free"] = "blocked",
+    threads: int | None = None,
+) -> Field:
+    """Plan from everywhere on a world's map to `goal`.
+
+    A world with `costs` is planned on these (cost per metre, > 0, inf blocked), as they are: grow
+    obstacles by the robot beforehand. One without is planned on its free cells at unit cost.
+
+    Args:
+        world: occupancy, resolution, origin, and perhaps costs.
+        goal: (x, y) in the world [m], anything after y ignored, or a sequence of such points.
+        corner_cutting: let a diagonal move pass between blocked cells; if not, the two cells
+            beside it must be free.
+        precision: "f32" (default) or "f64", for costs; given for a world without costs, its cells
+            cost 1.0 in that precision instead of integer steps.
+        unknown: whether cells never seen may be entered; for a world without costs.
+        threads: most threads to use; the result does not depend on it.
+
+    Returns:
+        The field; its unit is cost x metres, its paths are in the world frame.
+
+    Raises:
+        GoalOutsideMap: a goal is not on the map (or NaN).
+        GoalBlocked: a goal lies in a cell that cannot be entered.
+        CairnError: whatever `plan_grid` refuses.
+    """
+    points = _points(goal)
+    occupancy = np.asarray(world.occupancy)
+    costs = getattr(world, "costs", None)
+    if costs is None:
+        free = (occupancy == 0) | (occupancy == 2) if unknown == "free" else occupancy == 0
+        grid: npt.NDArray[Any] = free
+    else:
+        grid = np.asarray(costs)
+    x, y, yaw = (float(value) for value in world.origin)
+    place = (float(world.resolution_m), (x, y, yaw))
+    rows, cols = _two_dimensional(grid).shape
+    cells = _brain.goal_cells(points, rows, cols, place) if grid.size else []
+    brain = _solve(grid, cells, place, corner_cutting, precision, "985/1393", threads)
+    return Field(brain, place[0], points)
+
+
+def plan_grid(
+    costs: npt.ArrayLike,
+    goal: GridCell | Sequence[GridCell],
+    *,
+    corner_cutting: bool = False,
+    precision: Precision | None = None,
+    steps: Steps = "985/1393",
+    threads: int | None = None,
+) -> Field:
+    """Plan from every cell of an array to `goal`.
+
+    Args:
+        costs: (rows, cols). Bool: True is free, at unit cost. Any other real type: cost per unit
+            length, > 0, inf blocked; a link costs its length x the mean of its two cells.
+        goal: (row, col), or a sequence of them.
+        corner_cutting: let a diagonal move pass between blocked cells; if not, the two cells
+            beside it must be free.
+        precision: "f32" (default for costs) or "f64"; given for a bool array, free cells cost 1.0
+            in that precision instead of integer steps.
+        steps: integer steps on a bool array: 985 and 1393 (sqrt 2 within 2.6e-7), or the paper's
+            100 and 141.
+        threads: most threads to use; the result does not depend on it.
+
+    Returns:
+        The field, in cost x cells; its paths are cells.
+
+    Raises:
+        GridNotPlannable: not two-dimensional, or not of a real number type.
+        EmptyGrid, NoGoal, GoalOutsideGrid, GoalBlocked, NoThreads: as named.
+        CellCostNan, CellCostNegative, CellCostZero, CellCostBeyondPrecision: with row, col, value.
+        LinkCostAbsorbed: costs differ so much in size that a link vanishes in the sum.
+        CostToGoOverflow: a cost-to-go is larger than the precision can hold.
+        UnknownPlanOption: `precision` or `steps` is none of those above.
+    """
+    cells = _cells(goal)
+    brain = _solve(np.asarray(costs), cells, _CELLS, corner_cutting, precision, steps, threads)
+    return Field(brain, 1.0, None)
+
+
+def _solve(
+    grid: npt.NDArray[Any],
+    cells: list[GridCell],
+    place: tuple[float, tuple[float, float, float]],
+    corner_cutting: bool,
+    precision: str | None,
+    steps: str,
+    threads: int | None,
+) -> _brain.GridField:
+    _one_of("precision", precision, (None, "f32", "f64"))
+    _one_of("steps", steps, ("985/1393", "100/141"))
+    grid = _two_dimensional(grid)
+    most = None if threads is None else max(int(threads), 0)
+    if grid.dtype == bool and precision is None:
+        return _brain.plan_free(grid, cells, place, corner_cutting, steps == "100/141", most)
+    costs = np.where(grid, 1.0, np.inf) if grid.dtype == bool else grid
+    if precision == "f64":
+        costs = costs.astype(np.float64)
+        return _brain.plan_costs_f64(costs, cells, place, corner_cutting, most)
+    return _brain.plan_costs_f32(_single(costs), cells, place, corner_cutting, most)
+
+
+def _single(costs: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    """Round to float32; what would silently become zero or infinite is refused."""
+    with np.errstate(over="ignore", under="ignore"):
+        single = costs.astype(np.float32)
+    lost = (np.isinf(single) & ~np.isinf(costs)) | ((single == 0) & (costs != 0))
+    if lost.any():
+        row, col = (int(i) for i in np.argwhere(lost)[0])
+        value = float(costs[row, col])
+        raise errors.CellCostBeyondPrecision(
+            f"the cost of cell ({row}, {col}) is {value}, beyond single precision; "
+            'ask for precision="f64"',
+            row=row,
+            col=col,
+            value=value,
+        )
+    return single
+
+
+def _two_dimensional(grid: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    if grid.ndim != 2 or grid.dtype.kind not in "biuf":
+        raise errors.GridNotPlannable(
+            f"a grid of shape {grid.shape} and type {grid.dtype}; "
+            "give a two-dimensional array of bool or real numbers",
+            shape=grid.shape,
+            dtype=str(grid.dtype),
+        )
+    return grid
+
+
+def _one_of(option: str, value: str | None, choices: tuple[str | None, ...]) -> None:
+    if value not in choices:
+        raise errors.UnknownPlanOption(
+            f"{option}={value!r}; give one of {', '.join(map(repr, choices))}",
+            option=option,
+            value=value,
+            choices=choices,
+        )
+
+
+def _integer(value: Any) -> int:
+    """Return `value` as an int; a fraction is an error, not a cell."""
+    whole = int(value)
+    if whole != value:
+        raise errors.CellNotWhole(f"{value!r} is not a row or column number", value=value)
+    return whole
+
+
+def _cells(goal: Any) -> list[GridCell]:
+    goals = list(goal)
+    if goals and np.ndim(goals[0]) == 0:
+        goals = [goals]
+    return [(_integer(row), _integer(col)) for row, col in goals]
+
+
+def _points(goal: Any) -> list[tuple[float, float]]:
+    goals = list(goal)
+    if goals and np.ndim(goals[0]) == 0:
+        goals = [goals]
+    return [(float(point[0]), float(point[1])) for point in goals]
