@@ -226,6 +226,22 @@ class NoiseFactorOutOfRange(CairnError):
 class StandsInObstacle(CairnError):
     """A robot was put where something already stands."""
 
+
+# ---- mapping -------------------------------------------------------------------------------------
+
+
+class MappingValueOutOfRange(CairnError):
+    """A setting of the map cannot be."""
+
+    key: str
+    value: float
+    least: float
+    most: float
+
+
+class MappingPoseNotFinite(CairnError):
+    """The pose given with the readings holds NaN or infinity."""
+
     x_m: float
     y_m: float
     heading_rad: float
@@ -387,3 +403,45 @@ class StartNotANode(CairnError):
 
 class NoLevels(CairnError):
     """The layered solution graph was given no level."""
+
+
+
+
+class MappingRangeCount(CairnError):
+    """The array of ranges does not have one reading for each sensor of the profile."""
+
+    given: int
+    expected: int
+
+
+class MappingRangeNegative(CairnError):
+    """A range is below zero."""
+
+    index: int
+    range_m: float
+
+
+class MappingTooLarge(CairnError):
+    """The map would grow beyond what the settings allow."""
+
+    rows: int
+    cols: int
+    most: int
+
+
+# ---- odometry ------------------------------------------------------------------------------------
+
+
+class OdometryValueOutOfRange(CairnError):
+    """A setting of the odometry, or a tick's length, cannot be."""
+
+    key: str
+    value: float
+    least: float
+
+
+class OdometryInputNotFinite(CairnError):
+    """A measurement given to the odometry is NaN or infinite."""
+
+    name: str
+    value: float

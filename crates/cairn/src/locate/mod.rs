@@ -1,1 +1,5 @@
-//! Where the robot is: encoders and gyroscope fused.
+//! Where the robot is: encoders and gyro, and sonar matched to a known map.
+
+mod odometry;
+
+pub use odometry::{Odometry, OdometryConfig, OdometryError, WheelTravel};

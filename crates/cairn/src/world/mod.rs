@@ -2,8 +2,15 @@
 
 mod costmap;
 mod distance;
+mod evidence;
 mod grid;
+mod mapping;
+mod raycast;
+mod sonar_model;
 
 pub use costmap::{CostLayer, CostmapConfig, UnknownCells, WorldError, costmap, costmap_with_layers};
 pub use distance::{distance_to_occupied, distance_to_surface};
 pub use grid::{Cell, Grid, GridGeometry, Occupancy, OccupancyGrid};
+pub use mapping::{MappingConfig, MappingError, OccupancyMap};
+pub use raycast::raycast;
+pub use sonar_model::{SonarEcho, sonar_echo, sonar_range};

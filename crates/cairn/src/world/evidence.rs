@@ -1,0 +1,374 @@
+//! What one array of ranges says about the cells: the inverse sensor models of [`OccupancyMap`].
+
+use super::raycast::Traversal;
+use super::sonar_model::surface;
+use super::{GridGeometry, MappingError, Occupancy, OccupancyMap};
+use crate::geometry::{Point2, Pose2};
+use crate::robot::{Lidar, RobotProfile, Sonar};
+
+/// Directions a cone is divided into to see what stands before what.
+const BINS: usize = 12;
+
+/// Buffers kept between calls.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scratch {
+    cells: Vec<ConeCell>,
+    /// Per cell, the number of the last array of ranges whose beams ended or passed there.
+    stamp: Vec<u32>,
+    count: u32,
+}
+
+/// A cell inside a cone.
+#[derive(Clone, Copy, Debug)]
+struct ConeCell {
+    index: u32,
+    distance_m: f32,
+    /// Side of the axis: −1 and 1 at the edges of the cone.
+    side: f32,
+    /// How surely its surface answers; only computed for occupied cells.
+    echo: f32,
+}
+
+/// A sonar's cone in the frame of the grid.
+struct Cone {
+    apex: Point2,
+    heading: f64,
+    half_rad: f64,
+}
+
+impl Cone {
+    fn unit(&self, side: f32) -> Point2 {
+        let (sin, cos) = (self.heading + f64::from(side) * self.half_rad).sin_cos();
+        Point2::new(cos, sin)
+    }
+}
+
+fn bin_of(side: f32) -> usize {
+    (((side + 1.0) * 0.5 * BINS as f32) as usize).min(BINS - 1)
+}
+
+/// A reading of a sonar, sorted by what it says.
+#[derive(Clone, Copy, PartialEq)]
+enum Heard {
+    Nothing,
+    Echo(f64),
+}
+
+impl OccupancyMap {
+    /// Adds the evidence of all sensors. Free evidence of all cones comes first, so that what one
+    /// cone looks through is not taken for the reflector of another.
+    pub(super) fn add_evidence(
+        &mut self,
+        world_from_robot: Pose2,
+        profile: &RobotProfile,
+        ranges_m: &[f64],
+    ) -> Result<(), MappingError> {
+        let (sonar_ranges, lidar_ranges) = ranges_m.split_at(profile.sonars.len());
+        self.reach_sensors(world_from_robot, profile, sonar_ranges, lidar_ranges)?;
+        if self.geometry.is_empty() {
+            return Ok(());
+        }
+        let grid_from_robot = self.geometry.world_from_grid.inverse() * world_from_robot;
+        let heard = |sonar: &Sonar, range_m: f64| {
+            if range_m.is_nan() {
+                None
+            } else if range_m < sonar.max_range_m {
+                Some(Heard::Echo(range_m.max(sonar.min_range_m)))
+            } else {
+                Some(Heard::Nothing)
+            }
+        };
+        let mut arcs: Vec<(Cone, f64, [f32; BINS])> = Vec::with_capacity(sonar_ranges.len());
+        for (sonar, &range_m) in profile.sonars.iter().zip(sonar_ranges) {
+            let Some(heard) = heard(sonar, range_m) else { continue };
+            let grid_from_sonar = grid_from_robot * sonar.pose;
+            let cone = Cone {
+                apex: grid_from_sonar.position(),
+                heading: grid_from_sonar.heading,
+                half_rad: sonar.beam_rad / 2.0,
+            };
+            let blocked = self.free_cone(&cone, heard, sonar.max_range_m);
+            if let Heard::Echo(range_m) = heard
+                && range_m <= self.config.sonar_hit_range_m
+            {
+                arcs.push((cone, range_m, blocked));
+            }
+        }
+        for (cone, range_m, blocked) in &arcs {
+            self.mark_arc(cone, *range_m, blocked);
+        }
+        if let Some(lidar) = &profile.lidar {
+            self.add_beams(world_from_robot * lidar.pose, lidar, lidar_ranges);
+        }
+        Ok(())
+    }
+
+    /// Grows the grid over everything the readings speak of.
+    fn reach_sensors(
+        &mut self,
+        world_from_robot: Pose2,
+        profile: &RobotProfile,
+        sonar_ranges: &[f64],
+        lidar_ranges: &[f64],
+    ) -> Result<(), MappingError> {
+        if self.prior.is_some() {
+            return Ok(());
+        }
+        let margin = profile.footprint.circumscribed_radius_m() + 2.0 * self.geometry.resolution_m;
+        let at = world_from_robot.position();
+        let (mut lo, mut hi) = (at, at);
+        let mut hold = |p: Point2| {
+            lo = Point2::new(lo.x.min(p.x), lo.y.min(p.y));
+            hi = Point2::new(hi.x.max(p.x), hi.y.max(p.y));
+        };
+        for (sonar, &range_m) in profile.sonars.iter().zip(sonar_ranges) {
+            let far_m = if range_m.is_nan() {
+                continue;
+            } else if range_m < sonar.max_range_m {
+                range_m.min(self.config.sonar_free_range_m.max(self.config.sonar_hit_range_m))
+            } else {
+                self.config.sonar_miss_range_m
+            };
+            let world_from_sonar = world_from_robot * sonar.pose;
+            for side in [-0.5, -0.25, 0.0, 0.25, 0.5] {
+                let (sin, cos) = (side * sonar.beam_rad).sin_cos();
+                hold(world_from_sonar * Point2::new(far_m * cos, far_m * sin));
+            }
+        }
+        if let Some(lidar) = &profile.lidar {
+            let world_from_lidar = world_from_robot * lidar.pose;
+            for (beam, &range_m) in lidar_ranges.iter().enumerate() {
+                if let Some((far_m, _)) = self.beam(lidar, range_m) {
+                    let (sin, cos) = (lidar.first_rad + beam as f64 * lidar.step_rad).sin_cos();
+                    hold(world_from_lidar * Point2::new(far_m * cos, far_m * sin));
+                }
+            }
+        }
+        let margin = Point2::new(margin, margin);
+        self.reach(lo - margin, hi + margin)
+    }
+
+    /// Collects the cells of a cone whose centres lie between two distances.
+    fn collect(&mut self, cone: &Cone, near_m: f64, far_m: f64) {
+        let GridGeometry { rows, cols, resolution_m: res, .. } = self.geometry;
+        let cells = &mut self.scratch.cells;
+        cells.clear();
+        let (mut lo, mut hi) = (cone.apex, cone.apex);
+        for side in [-1.0, -0.5, 0.0, 0.5, 1.0] {
+            let p = cone.apex + cone.unit(side) * far_m;
+            lo = Point2::new(lo.x.min(p.x), lo.y.min(p.y));
+            hi = Point2::new(hi.x.max(p.x), hi.y.max(p.y));
+        }
+        let span = |lo: f64, hi: f64, cells: usize| {
+            let first = (lo / res - 1.0).floor().max(0.0);
+            let end = (hi / res + 2.0).floor().min(cells as f64).max(0.0);
+            first as usize..end as usize
+        };
+        let axis = cone.unit(0.0);
+        let (ax, ay) = (axis.x as f32, axis.y as f32);
+        let tan = cone.half_rad.min(1.5).tan() as f32;
+        let (near2, far2) = ((near_m * near_m) as f32, (far_m * far_m) as f32);
+        let near2 = if near_m <= 0.0 { -1.0 } else { near2 };
+        let columns = span(lo.x, hi.x, cols);
+        for row in span(lo.y, hi.y, rows) {
+            let dy = ((row as f64 + 0.5) * res - cone.apex.y) as f32;
+            for col in columns.clone() {
+                let dx = ((col as f64 + 0.5) * res - cone.apex.x) as f32;
+                let along = dx * ax + dy * ay;
+                let across = dy * ax - dx * ay;
+                let d2 = dx * dx + dy * dy;
+                if along <= 0.0 || across.abs() > tan * along || d2 > far2 || d2 < near2 {
+                    continue;
+                }
+                cells.push(ConeCell {
+                    index: (row * cols + col) as u32,
+                    distance_m: d2.sqrt(),
+                    side: across / (tan * along),
+                    echo: 0.0,
+                });
+            }
+        }
+    }
+
+    /// Nothing answered nearer than the reading. Gives the distance of the nearest thing that hides
+    /// what is behind it, for each direction.
+    fn free_cone(&mut self, cone: &Cone, heard: Heard, max_range_m: f64) -> [f32; BINS] {
+        let c = self.config;
+        let res = self.geometry.resolution_m;
+        let (free_end_m, strength, floor) = match heard {
+            Heard::Echo(r) => {
+                let tolerance_m = c.sonar_tolerance_m + 0.02 * r + 0.5 * res;
+                ((r - tolerance_m).min(c.sonar_free_range_m), c.sonar_free, c.floor)
+            }
+            Heard::Nothing => (c.sonar_miss_range_m.min(max_range_m), c.sonar_miss_free, c.sonar_miss_floor),
+        };
+        let mut blocked = [f32::INFINITY; BINS];
+        self.collect(cone, 0.0, free_end_m);
+        let mut cells = std::mem::take(&mut self.scratch.cells);
+        for cell in &mut cells {
+            let i = cell.index as usize;
+            if self.class[i] != Occupancy::Occupied {
+                continue;
+            }
+            let seen =
+                surface(&self.geometry, |j| self.class[j] == Occupancy::Occupied, i, cone.unit(cell.side));
+            cell.echo = seen.echo(false) as f32;
+            // A wall that would have answered is not there any more, unless the prior map shows it.
+            if cell.echo < 0.5 || self.is_prior_wall(i) {
+                let half = (0.5 * res as f32 / cell.distance_m.max(res as f32)) / cone.half_rad as f32;
+                for bin in &mut blocked[bin_of(cell.side - half)..=bin_of(cell.side + half)] {
+                    *bin = bin.min(cell.distance_m);
+                }
+            }
+        }
+        let reach_m = free_end_m.max(1e-6) as f32;
+        for cell in &cells {
+            let behind_m = cell.distance_m - blocked[bin_of(cell.side)];
+            if behind_m > 0.5 * res as f32 {
+                continue;
+            }
+            let i = cell.index as usize;
+            let edge = 1.0 - 0.7 * cell.side * cell.side;
+            let far = 1.0 - 0.5 * (cell.distance_m / reach_m) * (cell.distance_m / 3.0).min(1.0);
+            let mut step = strength as f32 * edge * far;
+            if self.class[i] == Occupancy::Occupied {
+                step *= cell.echo.max(0.02);
+                if self.is_prior_wall(i) {
+                    step *= c.prior_erosion as f32;
+                }
+            }
+            let l = &mut self.log_odds[i];
+            if *l > floor as f32 {
+                *l = (*l - step).max(floor as f32);
+                self.touched.push(cell.index);
+            }
+        }
+        self.scratch.cells = cells;
+        blocked
+    }
+
+    /// Something on the arc answered. As one reflector is enough, the evidence is shared in
+    /// proportion to the odds of each cell being it (and of its surface answering): known walls
+    /// take all of it, an arc of which nothing is known shares it evenly.
+    fn mark_arc(&mut self, cone: &Cone, range_m: f64, blocked: &[f32; BINS]) {
+        let c = self.config;
+        let half_res = 0.5 * self.geometry.resolution_m;
+        let own_m = (c.sonar_tolerance_m + 0.02 * range_m).max(half_res) as f32;
+        let prior_m = (c.prior_tolerance_m + 0.02 * range_m) as f32;
+        let wide_m = f64::from(if self.prior.is_some() { own_m.max(prior_m) } else { own_m });
+        self.collect(cone, range_m - wide_m, range_m + wide_m);
+        let mut cells = std::mem::take(&mut self.scratch.cells);
+        let mut total = 0.0f32;
+        for cell in &mut cells {
+            let i = cell.index as usize;
+            let off_m = (cell.distance_m - range_m as f32).abs();
+            let wall = self.is_prior_wall(i) && self.class[i] == Occupancy::Occupied;
+            let hidden = cell.distance_m > blocked[bin_of(cell.side)] + 2.0 * half_res as f32;
+            if hidden || off_m > if wall { prior_m } else { own_m } {
+                cell.echo = 0.0;
+                continue;
+            }
+            let answers = if self.class[i] == Occupancy::Occupied {
+                let occupied = |j: usize| self.class[j] == Occupancy::Occupied;
+                surface(&self.geometry, occupied, i, cone.unit(cell.side)).echo(true) as f32
+            } else {
+                1.0
+            };
+            cell.echo = self.log_odds[i].exp() * answers * (1.0 - 0.5 * cell.side * cell.side);
+            total += cell.echo;
+        }
+        if total > 0.0 {
+            let (spread, hit) = (c.sonar_hit_spread as f32, c.sonar_hit as f32);
+            for cell in cells.iter().filter(|cell| cell.echo > 0.0) {
+                let i = cell.index as usize;
+                let most = if self.is_prior_wall(i) { c.prior_occupied } else { c.ceiling } as f32;
+                let step = hit * (spread * cell.echo / total).min(1.0);
+                self.log_odds[i] = (self.log_odds[i] + step).min(most.max(self.log_odds[i]));
+                self.touched.push(cell.index);
+            }
+        }
+        self.scratch.cells = cells;
+    }
+
+    /// How far a beam frees, and whether it ended at something. None: says nothing.
+    fn beam(&self, lidar: &Lidar, range_m: f64) -> Option<(f64, bool)> {
+        if range_m.is_nan() || range_m < lidar.min_range_m {
+            None
+        } else if range_m < lidar.max_range_m {
+            Some((range_m, true))
+        } else {
+            Some((self.config.lidar_miss_range_m.min(lidar.max_range_m), false))
+        }
+    }
+
+    /// Adds a whole scan: every cell gets at most one piece of evidence, and an end counts before a pass.
+    fn add_beams(&mut self, world_from_lidar: Pose2, lidar: &Lidar, ranges_m: &[f64]) {
+        let c = self.config;
+        let from = world_from_lidar.position();
+        let mut scratch = std::mem::take(&mut self.scratch);
+        if scratch.stamp.len() != self.log_odds.len() || scratch.count == u32::MAX {
+            scratch.stamp = vec![0; self.log_odds.len()];
+            scratch.count = 0;
+        }
+        scratch.count += 1;
+        let direction =
+            |beam: usize| world_from_lidar.heading + lidar.first_rad + beam as f64 * lidar.step_rad;
+        for (beam, &range_m) in ranges_m.iter().enumerate() {
+            let Some((end_m, true)) = self.beam(lidar, range_m) else { continue };
+            let (sin, cos) = direction(beam).sin_cos();
+            let Some(i) = self.reflector(from + Point2::new(cos, sin) * end_m) else { continue };
+            if scratch.stamp[i] == scratch.count {
+                continue;
+            }
+            scratch.stamp[i] = scratch.count;
+            let most = if self.is_prior_wall(i) { c.prior_occupied } else { c.ceiling } as f32;
+            self.log_odds[i] = (self.log_odds[i] + c.lidar_hit as f32).min(most.max(self.log_odds[i]));
+            self.touched.push(i as u32);
+        }
+        for (beam, &range_m) in ranges_m.iter().enumerate() {
+            let Some((end_m, _)) = self.beam(lidar, range_m) else { continue };
+            let near_end_m = end_m - self.geometry.resolution_m;
+            for (i, entered_m) in Traversal::new(&self.geometry, from, direction(beam)) {
+                if entered_m >= near_end_m {
+                    break;
+                }
+                if scratch.stamp[i] == scratch.count {
+                    continue;
+                }
+                scratch.stamp[i] = scratch.count;
+                let wall = self.is_prior_wall(i) && self.class[i] == Occupancy::Occupied;
+                let step = c.lidar_free as f32 * if wall { c.prior_erosion as f32 } else { 1.0 };
+                self.log_odds[i] = (self.log_odds[i] - step).max((c.floor as f32).min(self.log_odds[i]));
+                self.touched.push(i as u32);
+            }
+        }
+        self.scratch = scratch;
+    }
+
+    /// The cell a beam's end speaks of: the nearest wall of the prior map within the tolerance,
+    /// else the cell the end lies in.
+    fn reflector(&self, end_in_world: Point2) -> Option<usize> {
+        let here = self.geometry.cell_at(end_in_world)?;
+        let index = self.geometry.index(here);
+        if self.prior.is_none() || self.is_prior_wall(index) {
+            return Some(index);
+        }
+        let reach = (self.config.prior_tolerance_m / self.geometry.resolution_m) as i64;
+        let mut best = (i64::MAX, index);
+        for dr in -reach..=reach {
+            for dc in -reach..=reach {
+                let (r, k) = (here.row as i64 + dr, here.col as i64 + dc);
+                let far2 = dr * dr + dc * dc;
+                let inside =
+                    r >= 0 && k >= 0 && r < self.geometry.rows as i64 && k < self.geometry.cols as i64;
+                if inside && far2 <= reach * reach && far2 < best.0 {
+                    let i = (r * self.geometry.cols as i64 + k) as usize;
+                    if self.is_prior_wall(i) && self.class[i] == Occupancy::Occupied {
+                        best = (far2, i);
+                    }
+                }
+            }
+        }
+        Some(best.1)
+    }
+}
