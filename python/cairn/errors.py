@@ -232,6 +232,11 @@ class StandsInObstacle(CairnError):
 
 class MappingValueOutOfRange(CairnError):
     """A setting of the map cannot be."""
+# ---- avoidance -----------------------------------------------------------------------------------
+
+
+class AvoidanceValueOutOfRange(CairnError):
+    """A setting of the curvature velocity method is outside its range."""
 
     key: str
     value: float
@@ -445,3 +450,25 @@ class OdometryInputNotFinite(CairnError):
 
     name: str
     value: float
+class AvoidanceWeightsNotOne(CairnError):
+    """The weights of equation (7) do not sum to one."""
+
+    speed_weight: float
+    distance_weight: float
+    heading_weight: float
+
+
+class AvoidanceObstacleNotFinite(CairnError):
+    """An obstacle has a coordinate that is not a finite number."""
+
+    index: int
+    x_m: float
+    y_m: float
+
+
+class AvoidanceInputInvalid(CairnError):
+    """Twist, goal or tick given to the avoidance is not a usable number."""
+
+    what: str
+    value: float
+    wanted: str

@@ -1,1 +1,23 @@
-//! The curvature velocity method.
+//! The curvature velocity method `[Simmons96]`, equation (7): obstacle avoidance on arcs.
+
+mod config;
+mod contact;
+mod cvm;
+mod disc;
+mod intervals;
+mod leaving;
+mod objective;
+mod record;
+mod stopping;
+mod turning;
+
+pub use config::{AvoidError, CvmConfig, Shape};
+pub use contact::GrownBox;
+pub use cvm::Cvm;
+pub use disc::{disc_first_contact, tangent_curvatures};
+pub use intervals::FreeArcs;
+pub use objective::{Objective, Window};
+pub use record::{ArcInterval, AvoidanceRecord, BrakeReason, Candidate, Refusal, Side, Why};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,298 @@
+use super::config::{AvoidError, CvmConfig, Shape, check_inputs};
+use super::contact::GrownBox;
+use super::intervals::FreeArcs;
+use super::leaving::leave;
+use super::objective::{Objective, Window};
+use super::record::{AvoidanceRecord, BrakeReason, Candidate, Refusal, Side, Why};
+use super::stopping::BrakingMotion;
+use super::turning::choose_turn;
+use crate::geometry::{Point2, Twist2, wrap_angle};
+use crate::robot::{Footprint, Limits};
+
+/// Slower than this is taken as standing \[m/s\].
+const AT_REST_MPS: f64 = 0.02;
+/// Faster than this is taken as turning \[rad/s\].
+const TURNING_RADPS: f64 = 0.05;
+/// A goal nearer than this is under the robot \[m\].
+const AT_GOAL_M: f64 = 0.01;
+/// Candidates whose braking motion is looked at before giving up.
+const TRIES: usize = 24;
+
+/// The curvature velocity method `[Maalouf06 §5, (7)]` `[Simmons96]`.
+#[derive(Clone, Debug)]
+pub struct Cvm {
+    config: CvmConfig,
+    limits: Limits,
+    body: GrownBox,
+    outline: GrownBox,
+}
+
+impl Cvm {
+    /// For a robot with these limits and this footprint.
+    ///
+    /// # Errors
+    /// A setting that is out of range, or weights of (7) that do not sum to one.
+    pub fn new(config: &CvmConfig, limits: &Limits, footprint: &Footprint) -> Result<Self, AvoidError> {
+        let config = config.clone().validated()?;
+        let body = match config.shape {
+            Shape::Footprint => GrownBox {
+                half_length_m: footprint.length_m / 2.0,
+                half_width_m: footprint.width_m / 2.0,
+                growth_m: 0.0,
+            },
+            Shape::Disc => GrownBox {
+                half_length_m: 0.0,
+                half_width_m: 0.0,
+                growth_m: footprint.circumscribed_radius_m(),
+            },
+        };
+        let outline = body.grown(config.growth_m());
+        Ok(Self { config, limits: *limits, body, outline })
+    }
+
+    /// The settings.
+    pub fn config(&self) -> &CvmConfig {
+        &self.config
+    }
+
+    /// Whether the inputs of [`Cvm::choose`] are usable numbers.
+    ///
+    /// # Errors
+    /// The first that is not, by name.
+    pub fn check(
+        &self,
+        current: Twist2,
+        goal_bearing_rad: f64,
+        goal_distance_m: f64,
+        obstacles_in_robot: &[Point2],
+        dt_s: f64,
+    ) -> Result<(), AvoidError> {
+        check_inputs(current, goal_bearing_rad, goal_distance_m, obstacles_in_robot, dt_s)
+    }
+
+    /// The motion to drive for the next tick of `dt_s`.
+    ///
+    /// `obstacles_in_robot` are centres of occupied map cells, robot frame \[m\]; `current` is the
+    /// measured twist. The goal is given by its bearing θ_g and distance; an infinite distance
+    /// means a direction only. A pure function of its arguments: while the robot turns in place,
+    /// `current` itself tells which way, and that way is kept until a forward arc is free.
+    /// Inputs that are not usable numbers make it brake, with the reason.
+    pub fn choose(
+        &self,
+        current: Twist2,
+        goal_bearing_rad: f64,
+        goal_distance_m: f64,
+        obstacles_in_robot: &[Point2],
+        dt_s: f64,
+    ) -> AvoidanceRecord {
+        if let Err(e) = self.check(current, goal_bearing_rad, goal_distance_m, obstacles_in_robot, dt_s) {
+            return self.refused(&e, goal_bearing_rad, goal_distance_m);
+        }
+        let goal_bearing_rad = wrap_angle(goal_bearing_rad);
+        let window = Window::reachable(&self.limits, current, self.config.latency_s + dt_s);
+        let nearest_first = self.nearest_first(obstacles_in_robot);
+        let clearance_m =
+            nearest_first.iter().map(|&(_, p)| self.clearance_m(p)).fold(f64::INFINITY, f64::min);
+        let mut record = AvoidanceRecord {
+            window,
+            goal_bearing_rad,
+            goal_distance_m,
+            clearance_m,
+            intervals: Vec::new(),
+            candidates: Vec::new(),
+            chosen: None,
+            twist: brake(&window),
+            why: Why::Braking { reason: BrakeReason::AtGoal },
+        };
+        if goal_distance_m < AT_GOAL_M {
+            return record;
+        }
+        let seen = Seen { current, dt_s, window, nearest_first: &nearest_first };
+        if nearest_first.iter().any(|&(_, p)| self.outline.contains(p)) {
+            self.leave_obstacle(&mut record, &seen);
+        } else {
+            self.drive_or_turn(&mut record, &seen);
+        }
+        record
+    }
+
+    fn drive_or_turn(&self, record: &mut AvoidanceRecord, seen: &Seen) {
+        let Seen { current, dt_s, window, nearest_first } = *seen;
+        record.intervals = FreeArcs::new(&self.config, &self.outline, nearest_first).intervals;
+        let objective = Objective {
+            config: &self.config,
+            limits: &self.limits,
+            window,
+            goal_bearing_rad: record.goal_bearing_rad,
+            goal_distance_m: record.goal_distance_m,
+            dt_s,
+        };
+        let turning = turning_side(current);
+        let enough_m = match turning {
+            Some(_) => self.config.resume_above_m,
+            None => self.config.turn_below_m,
+        }
+        .min(record.goal_distance_m + self.config.turning_room_m)
+        .min(self.config.horizon_m);
+        for (interval, arc) in record.intervals.iter().enumerate() {
+            if let Some((twist, terms)) = objective.best_in(arc) {
+                let [speed, distance, heading] = terms;
+                let refused = (arc.distance_m < enough_m).then_some(Refusal::TooShort);
+                let total = objective.total(terms);
+                record.candidates.push(Candidate {
+                    twist,
+                    interval,
+                    speed,
+                    distance,
+                    heading,
+                    total,
+                    refused,
+                });
+            }
+        }
+        let mut order: Vec<usize> =
+            (0..record.candidates.len()).filter(|&i| record.candidates[i].refused.is_none()).collect();
+        order.sort_by(|&a, &b| record.candidates[b].total.total_cmp(&record.candidates[a].total));
+        for i in order.into_iter().take(TRIES) {
+            if self.can_stop(record.candidates[i].twist, seen) {
+                record.chosen = Some(i);
+                record.twist = record.candidates[i].twist;
+                record.why = Why::BestArc;
+                return;
+            }
+            record.candidates[i].refused = Some(Refusal::StoppingMeetsObstacle);
+        }
+        let somewhere_free = record.intervals.iter().any(|arc| arc.distance_m >= enough_m);
+        self.turn_in_place(record, seen, turning, somewhere_free);
+    }
+
+    fn turn_in_place(
+        &self,
+        record: &mut AvoidanceRecord,
+        seen: &Seen,
+        turning: Option<Side>,
+        somewhere_free: bool,
+    ) {
+        let Seen { current, dt_s, window, nearest_first } = *seen;
+        let brake_for = |reason| Why::Braking { reason };
+        if current.linear_mps.abs() > AT_REST_MPS || window.linear_lo_mps > 0.0 {
+            let stoppable = self.can_stop(record.twist, seen);
+            record.why = brake_for(if stoppable { BrakeReason::StopsToTurn } else { BrakeReason::TooFast });
+            return;
+        }
+        if somewhere_free && current.angular_radps.abs() > TURNING_RADPS {
+            record.why = brake_for(BrakeReason::EndsTurn);
+            return;
+        }
+        let wanted_m = self
+            .config
+            .resume_above_m
+            .min(record.goal_distance_m + self.config.turning_room_m)
+            .min(self.config.horizon_m);
+        let turn = choose_turn(&self.outline, nearest_first, record.goal_bearing_rad, wanted_m, turning);
+        let Some(turn) = turn else {
+            record.why = brake_for(BrakeReason::NoRoomToTurn);
+            return;
+        };
+        // As fast as still stops at the heading wanted: ω·(latency + tick) + ω²/2α ≤ angle.
+        let delay = self.limits.angular_radps2 * (self.config.latency_s + dt_s);
+        let room = 2.0 * self.limits.angular_radps2 * turn.angle_rad.min(turn.free_rad);
+        let rate = (room / (delay + (delay * delay + room).sqrt()))
+            .min(self.config.turn_rate_radps)
+            .min(self.limits.angular_radps);
+        let wanted = if turn.side == Side::Left { rate } else { -rate };
+        let angular = wanted.clamp(window.angular_lo_radps, window.angular_hi_radps);
+        let twist = Twist2::new(0.0, angular);
+        if !self.can_stop(twist, seen) {
+            record.why = brake_for(BrakeReason::NoRoomToTurn);
+            return;
+        }
+        let to_heading_rad = if turn.side == Side::Left { turn.angle_rad } else { -turn.angle_rad };
+        record.twist = twist;
+        record.why = Why::TurningInPlace { direction: turn.side, to_heading_rad };
+    }
+
+    fn leave_obstacle(&self, record: &mut AvoidanceRecord, seen: &Seen) {
+        let body = GrownBox { growth_m: 0.0, ..self.body };
+        let disc_m = self.body.growth_m;
+        let clearance_m = record.clearance_m;
+        // The round robot's clearance counts from its edge.
+        let config =
+            CvmConfig { obstacle_radius_m: self.config.obstacle_radius_m + disc_m, ..self.config.clone() };
+        let twist = leave(
+            &config,
+            &seen.window,
+            &body,
+            clearance_m + disc_m,
+            record.goal_bearing_rad,
+            seen.nearest_first,
+        );
+        match twist {
+            Some(twist) => {
+                record.twist = twist;
+                record.why = Why::LeavingObstacle { clearance_m };
+            }
+            None => record.why = Why::Braking { reason: BrakeReason::CannotGainClearance },
+        }
+    }
+
+    /// Whether the exact braking motion of `command` keeps the body off every obstacle.
+    fn can_stop(&self, command: Twist2, seen: &Seen) -> bool {
+        let motion = BrakingMotion {
+            limits: &self.limits,
+            current: seen.current,
+            command,
+            latency_s: self.config.latency_s,
+            dt_s: seen.dt_s,
+        };
+        motion.is_clear(&self.body.grown(self.config.obstacle_radius_m), seen.nearest_first)
+    }
+
+    fn clearance_m(&self, point_in_robot: Point2) -> f64 {
+        (self.body.distance(point_in_robot) - self.body.growth_m).max(0.0)
+    }
+
+    /// Obstacles that any motion could meet, with their distances, nearest first.
+    fn nearest_first(&self, obstacles_in_robot: &[Point2]) -> Vec<(f64, Point2)> {
+        let reach_m = self.config.horizon_m + self.outline.radius_m() + 0.5;
+        let mut near: Vec<(f64, Point2)> =
+            obstacles_in_robot.iter().map(|&p| (p.norm(), p)).filter(|&(d, _)| d <= reach_m).collect();
+        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        near
+    }
+
+    fn refused(&self, error: &AvoidError, goal_bearing_rad: f64, goal_distance_m: f64) -> AvoidanceRecord {
+        let window =
+            Window { linear_lo_mps: 0.0, linear_hi_mps: 0.0, angular_lo_radps: 0.0, angular_hi_radps: 0.0 };
+        AvoidanceRecord {
+            window,
+            goal_bearing_rad,
+            goal_distance_m,
+            clearance_m: f64::NAN,
+            intervals: Vec::new(),
+            candidates: Vec::new(),
+            chosen: None,
+            twist: Twist2::ZERO,
+            why: Why::Braking { reason: BrakeReason::InputRefused { message: error.to_string() } },
+        }
+    }
+}
+
+/// What one choice looks at.
+struct Seen<'a> {
+    current: Twist2,
+    dt_s: f64,
+    window: Window,
+    nearest_first: &'a [(f64, Point2)],
+}
+
+/// The side to which the robot turns in place now.
+fn turning_side(current: Twist2) -> Option<Side> {
+    let turns = current.linear_mps.abs() <= AT_REST_MPS && current.angular_radps.abs() > TURNING_RADPS;
+    turns.then_some(if current.angular_radps > 0.0 { Side::Left } else { Side::Right })
+}
+
+/// As slow as the window allows.
+fn brake(window: &Window) -> Twist2 {
+    Twist2::new(window.linear_lo_mps, 0f64.clamp(window.angular_lo_radps, window.angular_hi_radps))
+}

@@ -1,0 +1,77 @@
+use super::contact::GrownBox;
+use crate::geometry::{Point2, Pose2, Twist2};
+use crate::robot::Limits;
+
+/// Bound on how far any point of the outline moves between two poses that are looked at \[m\].
+const STRIDE_M: f64 = 0.02;
+
+/// The exact braking motion of a command: what the robot does if this is its last one.
+///
+/// For the latency it keeps its `current` twist; then both speeds change towards `command` at the
+/// limits until the tick is over; then both fall to zero together, along one curvature.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct BrakingMotion<'a> {
+    pub limits: &'a Limits,
+    pub current: Twist2,
+    pub command: Twist2,
+    pub latency_s: f64,
+    pub dt_s: f64,
+}
+
+impl BrakingMotion<'_> {
+    /// Whether the outline stays off every obstacle from now until rest.
+    ///
+    /// Poses are looked at so densely that no point of the outline moves more than [`STRIDE_M`]
+    /// from one to the next, with the outline grown by half of it: nothing between is missed.
+    pub fn is_clear(&self, outline: &GrownBox, nearest_first: &[(f64, Point2)]) -> bool {
+        let grown = outline.grown(STRIDE_M / 2.0);
+        let body_m = outline.radius_m();
+        let (mut pose, mut twist, mut travelled_m) = (Pose2::IDENTITY, self.current, 0.0);
+        let mut stretch = |pose: &mut Pose2, twist: &mut Twist2, wanted: Twist2, seconds: f64, keep: bool| {
+            let mut left_s = seconds;
+            while left_s > 1e-9 {
+                let speed = twist.linear_mps.abs().max(wanted.linear_mps.abs())
+                    + body_m * twist.angular_radps.abs().max(wanted.angular_radps.abs());
+                let dt = left_s.min(0.05).min(STRIDE_M / speed.max(1e-9));
+                let next = if keep { *twist } else { self.limits.reachable(*twist, wanted, dt) };
+                let mean = Twist2::new(
+                    (twist.linear_mps + next.linear_mps) / 2.0,
+                    (twist.angular_radps + next.angular_radps) / 2.0,
+                );
+                *pose = pose.moved(mean, dt);
+                travelled_m += mean.linear_mps.abs() * dt;
+                *twist = next;
+                left_s -= dt;
+                let robot_from_start = pose.inverse();
+                for &(distance_m, point) in nearest_first {
+                    if distance_m > grown.radius_m() + travelled_m {
+                        break;
+                    }
+                    if grown.contains(robot_from_start * point) {
+                        return false;
+                    }
+                }
+            }
+            true
+        };
+        if !stretch(&mut pose, &mut twist, self.current, self.latency_s, true)
+            || !stretch(&mut pose, &mut twist, self.command, self.dt_s, false)
+        {
+            return false;
+        }
+        // Both fall to zero in the time that the slower one needs.
+        let from = twist;
+        let seconds = (from.linear_mps.abs() / self.limits.linear_mps2)
+            .max(from.angular_radps.abs() / self.limits.angular_radps2);
+        let steps = 12;
+        for i in 0..steps {
+            let (a, b) = (1.0 - f64::from(i) / f64::from(steps), 1.0 - f64::from(i + 1) / f64::from(steps));
+            let mut mean = Twist2::new(from.linear_mps * (a + b) / 2.0, from.angular_radps * (a + b) / 2.0);
+            let wanted = mean;
+            if !stretch(&mut pose, &mut mean, wanted, seconds / f64::from(steps), true) {
+                return false;
+            }
+        }
+        true
+    }
+}

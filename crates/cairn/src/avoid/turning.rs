@@ -1,0 +1,75 @@
+use std::f64::consts::{PI, TAU};
+
+use super::contact::GrownBox;
+use super::record::Side;
+use crate::geometry::{Point2, wrap_angle};
+
+/// Headings that are looked at for a way out, per turn.
+const HEADINGS: usize = 72;
+
+/// A turn on the spot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Turn {
+    pub side: Side,
+    /// How far to turn, positive \[rad\].
+    pub angle_rad: f64,
+    /// How far it could turn before a contact \[rad\].
+    pub free_rad: f64,
+}
+
+/// How far the outline can turn in place to one side before it meets an obstacle \[rad\].
+pub(super) fn free_turn_rad(outline: &GrownBox, nearest_first: &[(f64, Point2)], side: Side) -> f64 {
+    let radius_m = outline.radius_m();
+    nearest_first
+        .iter()
+        .take_while(|(distance_m, _)| *distance_m <= radius_m)
+        .map(|&(_, point)| outline.first_contact_turning_rad(point, side == Side::Left))
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Where to turn: the heading nearest to the goal's with `wanted_m` of straight way free, else the
+/// most open one. `keep` is the side the robot turns to already: it stays with it if that leads
+/// to a free heading at all, so that it does not waver.
+pub(super) fn choose_turn(
+    outline: &GrownBox,
+    nearest_first: &[(f64, Point2)],
+    goal_bearing_rad: f64,
+    wanted_m: f64,
+    keep: Option<Side>,
+) -> Option<Turn> {
+    let free = [Side::Left, Side::Right].map(|side| free_turn_rad(outline, nearest_first, side));
+    let mut best: Option<((u8, f64), Turn)> = None;
+    for i in 0..HEADINGS {
+        // The goal's own direction is among the headings.
+        let heading = wrap_angle(goal_bearing_rad + i as f64 * TAU / HEADINGS as f64);
+        let (sin, cos) = heading.sin_cos();
+        let mut open_m = wanted_m;
+        for &(distance_m, p) in nearest_first {
+            if distance_m - outline.radius_m() >= open_m {
+                break;
+            }
+            let seen = Point2::new(cos * p.x + sin * p.y, -sin * p.x + cos * p.y);
+            open_m = outline.first_contact_m(seen, 0.0).min(open_m);
+        }
+        for (side, free_rad) in [Side::Left, Side::Right].into_iter().zip(free) {
+            let angle_rad = match side {
+                Side::Left => heading.rem_euclid(TAU),
+                Side::Right => (-heading).rem_euclid(TAU),
+            };
+            if angle_rad > free_rad || angle_rad < 0.02 {
+                continue;
+            }
+            let other_side = keep.is_some_and(|k| k != side);
+            let cost = wrap_angle(heading - goal_bearing_rad).abs() + 0.5 * angle_rad / PI;
+            let rank = match (open_m >= wanted_m, other_side) {
+                (true, false) => (0, cost),
+                (true, true) => (1, cost),
+                (false, _) => (2, -open_m + 1e-3 * cost + if other_side { 0.1 } else { 0.0 }),
+            };
+            if best.as_ref().is_none_or(|(r, _)| rank < *r) {
+                best = Some((rank, Turn { side, angle_rad, free_rad }));
+            }
+        }
+    }
+    best.map(|(_, turn)| turn)
+}
