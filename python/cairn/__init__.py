@@ -4,11 +4,14 @@ from cairn import errors
 from cairn._brain import __version__
 from cairn.planning import Field, plan, plan_grid
 from cairn.profile import Profile
+from cairn.tracking import FuzzySystem, Tracker
 from cairn.world import World, costmap, distance_to_occupied
 
 __all__ = [
     "Field",
+    "FuzzySystem",
     "Profile",
+    "Tracker",
     "World",
     "__version__",
     "costmap",

@@ -1,5 +1,6 @@
 """Types of the compiled brain; the public names are re-exported by `cairn`."""
 
+from collections.abc import Callable
 from typing import Any, Self
 
 import numpy as np
@@ -99,3 +100,45 @@ def goal_cells(
     points: list[tuple[float, float]], rows: int, cols: int, place: Place
 ) -> list[tuple[int, int]]:
     """Row and column of the cells that hold points of the world; refuses points off the map."""
+
+# ---- fuzzy systems and tracking ------------------------------------------------------------------
+
+class FuzzySystem:
+    """A checked zero-order Sugeno system."""
+
+    def __new__(cls, text: str) -> Self:
+        """Read a system from TOML text."""
+
+    @property
+    def input_names(self) -> list[str]: ...
+    @property
+    def output_names(self) -> list[str]: ...
+    def evaluate(self, values: list[float]) -> dict[str, Any]:
+        """Outputs, memberships and rule strengths by name; values in order of input names."""
+
+    def outputs(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Output values (n, outputs) for input values (n, inputs)."""
+
+class Tracker:
+    """The path tracker."""
+
+    def __new__(cls, text: str, profile: Profile) -> Self:
+        """A tracker from the TOML text of a controller and a robot's limits and latency."""
+
+    def follow(
+        self,
+        points: NDArray[np.float64],
+        spacing_m: float | None,
+        corridor_m: float,
+        is_clear: Callable[[tuple[float, float], tuple[float, float]], bool] | None,
+    ) -> None: ...
+    def clear(self) -> None: ...
+    @property
+    def waypoints(self) -> NDArray[np.float64] | None: ...
+    index: int
+    def advance_pointer(self, x: float, y: float) -> None: ...
+    def step(
+        self, pose: tuple[float, float, float], twist: tuple[float, float], dt_s: float
+    ) -> dict[str, Any]: ...
+    def look_ahead_system(self) -> FuzzySystem: ...
+    def tracker_system(self) -> FuzzySystem: ...

@@ -232,6 +232,8 @@ class StandsInObstacle(CairnError):
 
 class MappingValueOutOfRange(CairnError):
     """A setting of the map cannot be."""
+
+
 # ---- avoidance -----------------------------------------------------------------------------------
 
 
@@ -410,8 +412,6 @@ class NoLevels(CairnError):
     """The layered solution graph was given no level."""
 
 
-
-
 class MappingRangeCount(CairnError):
     """The array of ranges does not have one reading for each sensor of the profile."""
 
@@ -450,6 +450,8 @@ class OdometryInputNotFinite(CairnError):
 
     name: str
     value: float
+
+
 class AvoidanceWeightsNotOne(CairnError):
     """The weights of equation (7) do not sum to one."""
 
@@ -472,3 +474,142 @@ class AvoidanceInputInvalid(CairnError):
     what: str
     value: float
     wanted: str
+
+
+# ---- fuzzy systems and tracking ------------------------------------------------------------------
+
+
+class FuzzyNameUnknown(CairnError):
+    """A rule names an input, set, output or singleton that the system does not have."""
+
+    kind: str
+    name: str
+    place: str
+    known: str
+
+
+class FuzzySetNotRising(CairnError):
+    """Breakpoints of a set do not rise, or are not finite."""
+
+    input: str
+    set: str
+    breakpoints: list[float]
+
+
+class FuzzyRangeNotRising(CairnError):
+    """The range of an input is empty or not finite."""
+
+    input: str
+    low: float
+    high: float
+
+
+class FuzzyNumberInvalid(CairnError):
+    """A singleton is not finite, or a weight not a finite number above 0."""
+
+    place: str
+    value: float
+    more: str
+
+
+class FuzzySystemEmpty(CairnError):
+    """There are no inputs, outputs, sets, singletons or rules where there must be some."""
+
+    missing: str
+
+
+class FuzzyRuleRepeated(CairnError):
+    """One rule stands there twice."""
+
+    rule: str
+
+
+class FuzzyRulesLeaveGap(CairnError):
+    """Inside the declared ranges there is a place where no rule fires for an output."""
+
+    output: str
+    place: str
+
+
+class FuzzySystemTooLarge(CairnError):
+    """Too many inputs and sets to check that rules leave no gap."""
+
+    corners: int
+    most: int
+
+
+class FuzzyInputNotFinite(CairnError):
+    """An input of a fuzzy system was not given a finite number."""
+
+    input: str
+    value: float
+
+
+class FuzzyInputsMismatch(CairnError):
+    """The inputs given are not those that the system has."""
+
+    given: int
+    known: str
+
+
+class ControllerUnreadable(CairnError):
+    """The text of a controller or a fuzzy system is not TOML, or has keys that do not belong."""
+
+    reason: str
+
+
+class ControllerNotFound(CairnError):
+    """There is no controller of this name, nor a file."""
+
+    controller: str
+    known: list[str]
+
+
+class ControllerMismatch(CairnError):
+    """A fuzzy system of the controller lacks the inputs and outputs that tracking needs."""
+
+    system: str
+    kind: str
+    found: str
+    needed: str
+
+
+class ControllerInvalid(CairnError):
+    """A fuzzy system of the controller is wrong in itself."""
+
+    system: str
+    cause: object
+
+
+class PathEmpty(CairnError):
+    """A path has no points."""
+
+
+class PathPointNotFinite(CairnError):
+    """A point of a path is not a pair of finite numbers."""
+
+    index: int
+    x: float
+    y: float
+
+
+class TrackValueOutOfRange(CairnError):
+    """A number of the tracker's or the waypoints' configuration cannot be used."""
+
+    key: str
+    value: float
+    must_be: str
+
+
+class MeasurementNotFinite(CairnError):
+    """A pose, a twist or a duration is not a finite number."""
+
+    quantity: str
+    value: float
+    more: str
+
+
+class PathShapeWrong(CairnError):
+    """A path is not an array of (x, y) rows."""
+
+    shape: tuple[int, ...]

@@ -1,5 +1,177 @@
-use pyo3::prelude::*;
+use std::cell::RefCell;
 
-pub fn register(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+use cairn::fuzzy::FuzzyConfig;
+use cairn::geometry::{Point2, Pose2, Twist2};
+use cairn::track::{TrackerConfig, WaypointConfig, Waypoints};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use serde::de::DeserializeOwned;
+
+use crate::errors::to_python;
+use crate::robot::Profile;
+
+/// A checked zero-order Sugeno system.
+#[pyclass(frozen, module = "cairn._brain")]
+struct FuzzySystem {
+    inner: cairn::fuzzy::FuzzySystem,
+}
+
+#[pymethods]
+impl FuzzySystem {
+    #[new]
+    fn new(py: Python<'_>, text: &str) -> PyResult<Self> {
+        let config: FuzzyConfig = read(py, text)?;
+        Ok(Self { inner: cairn::fuzzy::FuzzySystem::new(&config).map_err(|e| to_python(&e))? })
+    }
+
+    #[getter]
+    fn input_names(&self) -> Vec<&str> {
+        self.inner.input_names().collect()
+    }
+
+    #[getter]
+    fn output_names(&self) -> Vec<&str> {
+        self.inner.output_names().collect()
+    }
+
+    /// Outputs, memberships and rule strengths by name; values in order of input names.
+    fn evaluate<'py>(&self, py: Python<'py>, values: Vec<f64>) -> PyResult<Bound<'py, PyAny>> {
+        let evaluation = self.inner.evaluate(&values).map_err(|e| to_python(&e))?;
+        Ok(pythonize::pythonize(py, &evaluation)?)
+    }
+
+    /// Output values (n, outputs) for input values (n, inputs).
+    fn outputs<'py>(
+        &self,
+        py: Python<'py>,
+        values: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let values = values.as_array();
+        let rows: Vec<Vec<f64>> = values.rows().into_iter().map(|row| row.to_vec()).collect();
+        let shape = [rows.len(), self.inner.output_names().len()];
+        let outputs = py.detach(|| {
+            rows.iter()
+                .map(|row| self.inner.outputs(row))
+                .collect::<Result<Vec<_>, _>>()
+                .map(|rows| rows.concat())
+        });
+        outputs.map_err(|e| to_python(&e))?.into_pyarray(py).reshape(shape)
+    }
+}
+
+/// The path tracker.
+#[pyclass(module = "cairn._brain")]
+struct Tracker {
+    inner: cairn::track::Tracker,
+}
+
+#[pymethods]
+impl Tracker {
+    #[new]
+    fn new(py: Python<'_>, text: &str, profile: &Profile) -> PyResult<Self> {
+        let config: TrackerConfig = read(py, text)?;
+        let inner = cairn::track::Tracker::new(&config, &profile.inner.limits)
+            .and_then(|tracker| tracker.with_latency(profile.inner.drive.latency_s))
+            .map_err(|e| to_python(&e))?;
+        Ok(Self { inner })
+    }
+
+    /// Takes up a path (n, 2), resampled when a spacing is given.
+    fn follow(
+        &mut self,
+        points: PyReadonlyArray2<'_, f64>,
+        spacing_m: Option<f64>,
+        corridor_m: f64,
+        is_clear: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<()> {
+        let points: Vec<Point2> =
+            points.as_array().rows().into_iter().map(|p| Point2::new(p[0], p[1])).collect();
+        let failure = RefCell::new(None);
+        let clear = |from: Point2, to: Point2| match &is_clear {
+            None => true,
+            Some(callable) => callable
+                .call1(((from.x, from.y), (to.x, to.y)))
+                .and_then(|answer| answer.is_truthy())
+                .unwrap_or_else(|error| {
+                    failure.borrow_mut().get_or_insert(error);
+                    false
+                }),
+        };
+        let waypoints = match spacing_m {
+            None => Waypoints::as_given(&points),
+            Some(spacing_m) => {
+                Waypoints::from_path(&points, &WaypointConfig { spacing_m, corridor_m }, clear)
+            }
+        };
+        if let Some(error) = failure.into_inner() {
+            return Err(error);
+        }
+        self.inner.follow(waypoints.map_err(|e| to_python(&e))?);
+        Ok(())
+    }
+
+    fn clear(&mut self) {
+        self.inner.clear();
+    }
+
+    #[getter]
+    fn waypoints<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let Some(waypoints) = self.inner.waypoints() else { return Ok(None) };
+        let flat: Vec<f64> = waypoints.points().iter().flat_map(|p| [p.x, p.y]).collect();
+        Ok(Some(flat.into_pyarray(py).reshape([waypoints.len(), 2])?))
+    }
+
+    #[getter]
+    fn index(&self) -> usize {
+        self.inner.index()
+    }
+
+    #[setter]
+    fn set_index(&mut self, index: usize) {
+        self.inner.set_index(index);
+    }
+
+    fn advance_pointer(&mut self, x: f64, y: f64) {
+        self.inner.advance_pointer(Point2::new(x, y));
+    }
+
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        pose: (f64, f64, f64),
+        twist: (f64, f64),
+        dt_s: f64,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let record = self
+            .inner
+            .try_step(Pose2::new(pose.0, pose.1, pose.2), Twist2::new(twist.0, twist.1), dt_s)
+            .map_err(|e| to_python(&e))?;
+        Ok(pythonize::pythonize(py, &record)?)
+    }
+
+    fn look_ahead_system(&self) -> FuzzySystem {
+        FuzzySystem { inner: self.inner.look_ahead().system().clone() }
+    }
+
+    fn tracker_system(&self) -> FuzzySystem {
+        FuzzySystem { inner: self.inner.system().clone() }
+    }
+}
+
+fn read<T: DeserializeOwned>(py: Python<'_>, text: &str) -> PyResult<T> {
+    toml::from_str(text).map_err(|error| {
+        let raised = || {
+            let class = py.import("cairn.errors")?.getattr("ControllerUnreadable")?;
+            let fields = PyDict::new(py);
+            fields.set_item("reason", error.to_string())?;
+            Ok(PyErr::from_value(class.call((error.to_string(),), Some(&fields))?))
+        };
+        raised().unwrap_or_else(|failure: PyErr| failure)
+    })
+}
+
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<FuzzySystem>()?;
+    module.add_class::<Tracker>()
 }

@@ -63,14 +63,31 @@ impl Waypoints {
         let &WaypointConfig { spacing_m, corridor_m } = config;
         check(spacing_m.is_finite() && spacing_m > SAME_POINT_M, "spacing_m", spacing_m, "above 0")?;
         check(corridor_m.is_finite() && corridor_m >= 0.0, "corridor_m", corridor_m, "of at least 0")?;
-        if let Some(index) = path.iter().position(|point| !point.is_finite()) {
-            return Err(TrackError::PathPointNotFinite { index, x: path[index].x, y: path[index].y });
-        }
-        let goal = *path.last().ok_or(TrackError::PathEmpty)?;
-        let vertices = straightened(&without_repeats(path.iter().copied()), corridor_m, &is_clear);
+        let given = Self::as_given(path)?;
+        let goal = given.points[given.last_index()];
+        let vertices = straightened(&given.points, corridor_m, &is_clear);
         let mut points = equally_spaced(&vertices, spacing_m, &is_clear);
         *points.last_mut().expect("at least the start") = goal;
         Ok(Self { points })
+    }
+
+    /// `points` themselves, without those that repeat the one before.
+    ///
+    /// # Errors
+    /// [`TrackError::PathEmpty`], [`TrackError::PathPointNotFinite`].
+    pub fn as_given(points: &[Point2]) -> Result<Self, TrackError> {
+        if let Some(index) = points.iter().position(|point| !point.is_finite()) {
+            return Err(TrackError::PathPointNotFinite { index, x: points[index].x, y: points[index].y });
+        }
+        let goal = *points.last().ok_or(TrackError::PathEmpty)?;
+        let mut kept: Vec<Point2> = Vec::new();
+        for &point in points {
+            if kept.last().is_none_or(|last| last.distance(point) > SAME_POINT_M) {
+                kept.push(point);
+            }
+        }
+        *kept.last_mut().expect("at least the start") = goal;
+        Ok(Self { points: kept })
     }
 
     /// The waypoints, start to goal, world frame \[m\].
@@ -127,16 +144,6 @@ fn check(holds: bool, key: &str, value: f64, must_be: &str) -> Result<(), TrackE
         return Ok(());
     }
     Err(TrackError::TrackValueOutOfRange { key: key.to_owned(), value, must_be: must_be.to_owned() })
-}
-
-fn without_repeats(path: impl IntoIterator<Item = Point2>) -> Vec<Point2> {
-    let mut kept: Vec<Point2> = Vec::new();
-    for point in path {
-        if kept.last().is_none_or(|last| last.distance(point) > SAME_POINT_M) {
-            kept.push(point);
-        }
-    }
-    kept
 }
 
 /// From each kept vertex to the farthest one in a row that can be reached straight: everything

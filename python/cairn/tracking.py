@@ -1,0 +1,250 @@
+"""The fuzzy path tracker and the fuzzy systems it is made of [Maalouf06 §4]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cairn import _brain, errors
+from cairn.robots.robot import Twist
+
+Point = tuple[float, float]
+
+
+def controller_text(controller: str | Path) -> str:
+    """Text of a controller: one shipped under a name, a file, or the text itself.
+
+    Raises:
+        ControllerNotFound: none of the three.
+    """
+    if isinstance(controller, str) and "\n" in controller:
+        return controller
+    shipped = files("cairn") / "data" / "controllers"
+    if isinstance(controller, str) and controller.isidentifier():
+        resource = shipped / f"{controller}.toml"
+        if resource.is_file():
+            return resource.read_text(encoding="utf-8")
+    path = Path(controller)
+    if not path.is_file():
+        known = sorted(f.name[:-5] for f in shipped.iterdir() if f.name.endswith(".toml"))
+        raise errors.ControllerNotFound(
+            f"controller `{controller}` is neither a file nor one of {', '.join(known)}",
+            controller=str(controller),
+            known=known,
+        )
+    return path.read_text(encoding="utf-8")
+
+
+class FuzzySystem:
+    """A zero-order Sugeno system, from TOML text.
+
+    ```python
+    system = cairn.FuzzySystem('''
+    [inputs.distance]
+    range = [0.0, 2.0]
+    sets.Near = { left_shoulder = [0.2, 1.0] }
+    sets.Far = { right_shoulder = [0.2, 1.0] }
+    [outputs.speed]
+    Slow = 0.1
+    Fast = 0.7
+    [[rules]]
+    when = { distance = "Near" }
+    then = { speed = "Slow" }
+    [[rules]]
+    when = { distance = "Far" }
+    then = { speed = "Fast" }
+    ''')
+    system.evaluate(distance=0.6)["speed"]  # 0.4
+    ```
+    """
+
+    def __init__(self, text: str) -> None:
+        """Read and check a system.
+
+        Raises:
+            ControllerUnreadable: not TOML, or keys that do not belong.
+            FuzzyNameUnknown, FuzzySetNotRising, FuzzyRangeNotRising, FuzzyNumberInvalid,
+            FuzzySystemEmpty, FuzzyRuleRepeated, FuzzyRulesLeaveGap, FuzzySystemTooLarge: what is
+                wrong with it, by name.
+        """
+        self._brain = _brain.FuzzySystem(text)
+
+    @classmethod
+    def _of(cls, brain: _brain.FuzzySystem) -> FuzzySystem:
+        system = cls.__new__(cls)
+        system._brain = brain
+        return system
+
+    @property
+    def inputs(self) -> list[str]:
+        """Names of the inputs."""
+        return self._brain.input_names
+
+    @property
+    def outputs(self) -> list[str]:
+        """Names of the outputs."""
+        return self._brain.output_names
+
+    def evaluate(self, **inputs: ArrayLike) -> dict[str, Any]:
+        """Outputs by name: floats, or arrays of the inputs' common (broadcast) shape.
+
+        Inputs beyond their range count as its nearer end.
+
+        Raises:
+            FuzzyInputsMismatch: not exactly the inputs of the system.
+            FuzzyInputNotFinite: an input is NaN or infinite.
+        """
+        columns = np.broadcast_arrays(*(np.asarray(v, float) for v in self._in_order(inputs)))
+        values = np.stack([column.ravel() for column in columns], axis=1)
+        found = self._brain.outputs(values)
+        shape = columns[0].shape
+        if not shape:
+            return {name: float(found[0, i]) for i, name in enumerate(self.outputs)}
+        return {name: found[:, i].reshape(shape) for i, name in enumerate(self.outputs)}
+
+    def explain(self, **inputs: float) -> dict[str, Any]:
+        """As `evaluate` for one place, with what led there.
+
+        Returns:
+            `outputs` by name, `memberships` by input and set, `rules` that fired with their
+            strengths, each rule as a sentence.
+        """
+        return self._brain.evaluate([float(v) for v in self._in_order(inputs)])
+
+    def _in_order(self, inputs: dict[str, Any]) -> list[Any]:
+        if sorted(inputs) != sorted(self.inputs):
+            known = ", ".join(self.inputs)
+            raise errors.FuzzyInputsMismatch(
+                f"inputs {', '.join(inputs) or 'none'} given, the system has {known}",
+                given=len(inputs),
+                known=known,
+            )
+        return [inputs[name] for name in self.inputs]
+
+
+class TrackingRecord(dict[str, Any]):
+    """One tick of tracking, plain data.
+
+    Keys: `waypoint_index`, `target` {x, y} or None, `alpha1`, `alpha2`, `C`, `dR`, `dtheta`, `Vc`,
+    `world_from_robot_ahead` (where the robot will be when the command takes hold; dR and dtheta are
+    seen from there), `remaining_m`, `look_ahead` and `tracker` (outputs, memberships, rules of both
+    modules), `raw` and `twist` {linear_mps, angular_radps}, `caps` (what held the command back),
+    `arrived`.
+    """
+
+    @property
+    def twist(self) -> Twist:
+        """The command."""
+        return Twist(**self["twist"])
+
+    @property
+    def arrived(self) -> bool:
+        """At rest at the goal."""
+        return self["arrived"]
+
+
+class Tracker:
+    """Drives along waypoints: (V, ω) = f(C, dR, dθ, Vc) [Maalouf06 (6)].
+
+    ```python
+    tracker = cairn.Tracker("p3at", cairn.Profile.load("p3at"))
+    tracker.follow([(0, 0), (4, 0), (4, 3)], spacing_m=0.3)
+    record = tracker.step(pose=(0, 0, 0), twist=(0, 0), dt_s=0.1)
+    record.twist
+    ```
+    """
+
+    def __init__(self, controller: str | Path, profile: _brain.Profile) -> None:
+        """A tracker without a path.
+
+        Args:
+            controller: name of a shipped controller, a file, or the text of one.
+            profile: the robot; its limits and latency are kept to.
+
+        Raises:
+            ControllerNotFound, ControllerUnreadable, ControllerInvalid, ControllerMismatch,
+            TrackValueOutOfRange: what is wrong with the controller.
+        """
+        self._brain = _brain.Tracker(controller_text(controller), profile)
+
+    def follow(
+        self,
+        points: ArrayLike,
+        *,
+        spacing_m: float | None = 0.3,
+        corridor_m: float = 0.0,
+        is_clear: Callable[[Point, Point], bool] | None = None,
+    ) -> None:
+        """Take up a path from its first point on, now or while driving.
+
+        Args:
+            points: (n, 2) world frame [m].
+            spacing_m: greatest distance between waypoints; None: `points` are the waypoints.
+            corridor_m: the path may be drawn straight within this distance of where it was.
+            is_clear: whether the straight way between two points may be driven; default always.
+
+        Raises:
+            PathEmpty, PathPointNotFinite, PathShapeWrong, TrackValueOutOfRange.
+        """
+        array = np.asarray(points, float)
+        if array.size == 0:
+            array = array.reshape(0, 2)
+        if array.ndim != 2 or array.shape[1] != 2:
+            raise errors.PathShapeWrong(
+                f"a path has shape (n, 2), this one {array.shape}", shape=array.shape
+            )
+        self._brain.follow(array, spacing_m, corridor_m, is_clear)
+
+    def clear(self) -> None:
+        """Forget the path; the next steps brake."""
+        self._brain.clear()
+
+    @property
+    def waypoints(self) -> NDArray[np.float64] | None:
+        """Waypoints (n, 2), world frame [m]; None without a path."""
+        return self._brain.waypoints
+
+    @property
+    def index(self) -> int:
+        """Index of the current node N_i, from 0; may be set, as after an avoidance."""
+        return self._brain.index
+
+    @index.setter
+    def index(self, index: int) -> None:
+        self._brain.index = index
+
+    def advance_pointer(self, position: Point) -> None:
+        """Move the pointer forward while `position` is nearer to the next node."""
+        self._brain.advance_pointer(*map(float, position))
+
+    def step(
+        self, pose: tuple[float, float, float], twist: tuple[float, float], dt_s: float
+    ) -> TrackingRecord:
+        """The command for the next `dt_s`, and how it came about.
+
+        Args:
+            pose: (x [m], y [m], heading [rad]) of the robot in the world.
+            twist: measured (V [m/s], ω [rad/s]).
+            dt_s: one tick [s].
+
+        Raises:
+            MeasurementNotFinite: NaN or infinity among them, or a tick that is not above 0.
+        """
+        x, y, heading = (float(value) for value in pose)
+        linear, angular = (float(value) for value in twist)
+        return TrackingRecord(self._brain.step((x, y, heading), (linear, angular), float(dt_s)))
+
+    @property
+    def look_ahead(self) -> FuzzySystem:
+        """The first module: alpha1, alpha2 → C (Table 1)."""
+        return FuzzySystem._of(self._brain.look_ahead_system())
+
+    @property
+    def control(self) -> FuzzySystem:
+        """The second module: C, Vc, dR, dtheta → V, omega; Fig. 9 is its V at C = Vc = 0."""
+        return FuzzySystem._of(self._brain.tracker_system())
