@@ -16,6 +16,37 @@ class CairnError(ValueError):
             setattr(self, name, value)
 
 
+# ---- missions ------------------------------------------------------------------------------------
+
+
+class ScenarioNotFound(CairnError):
+    """There is no scenario file at that path, and no shipped scenario of that name."""
+
+    name: str
+
+
+class ScenarioInvalid(CairnError):
+    """A scenario file is not TOML, or not a scenario."""
+
+    path: str
+    line: int | None
+    key: str
+    reason: str
+
+
+class ScenarioPlaceUnknown(CairnError):
+    """A scenario names a place that its world does not have."""
+
+    place: str
+    known: list[str]
+
+
+class PoseSourceUnavailable(CairnError):
+    """A scenario asks for a source of the pose that the navigator does not have."""
+
+    pose: str
+
+
 # ---- profiles ------------------------------------------------------------------------------------
 
 

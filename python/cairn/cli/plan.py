@@ -1,0 +1,90 @@
+"""`cairn plan`: the field of a map to a goal, as a file, a path or a picture."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+import cairn
+from cairn.cli.root import app, console
+from cairn.missions.result import EXIT_NOT_REACHED, tidy
+
+
+@app.command()
+def plan(
+    map_: Annotated[
+        str, typer.Argument(metavar="MAP", help="A map file, or a shipped map's name.")
+    ],
+    goal: Annotated[str, typer.Option(help="X,Y in metres, or a place of the map.")],
+    start: Annotated[str | None, typer.Option(help="X,Y in metres, or a place of the map.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the cost-to-go as .npy.")] = None,
+    picture: Annotated[Path | None, typer.Option(help="Draw contours and the path.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, nothing else.")] = False,
+) -> None:
+    """Plan to a goal: one field for every start. Code 3 if there is no way from the start."""
+    from cairn import maps
+
+    world = maps.load(map_)
+    goal_m = _point(goal, world, "--goal")
+    start_m = None if start is None else _point(start, world, "--start")
+    began = time.perf_counter()
+    field = cairn.plan(world, goal=goal_m)
+    cost_to_go = field.cost_to_go
+    took = time.perf_counter() - began
+    path = None if start_m is None else field.path(start_m)
+    if out is not None:
+        if out.suffix != ".npy":
+            raise typer.BadParameter(f"{out}: only .npy is written", param_hint="--out")
+        np.save(out, cost_to_go)
+    if picture is not None:
+        from cairn.view.picture import draw_plan
+
+        draw_plan(world, cost_to_go, goal_m, picture, start=start_m, path=path)
+    length_m = None if path is None else float(np.hypot(*np.diff(path, axis=0).T).sum())
+    reachable = int(np.isfinite(cost_to_go).sum())
+    summary = {
+        "map": world.name,
+        "goal_m": goal_m,
+        "start_m": start_m,
+        "reached": None if start_m is None else path is not None,
+        "path_length_m": length_m,
+        "cells": int(cost_to_go.size),
+        "reachable_cells": reachable,
+    }
+    if as_json:
+        record = {"summary": tidy(summary), "path_m": tidy(path), "wall": {"plan_s": took}}
+        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+    else:
+        console.print(
+            f"{reachable} of {cost_to_go.size} cells reach the goal; planned in {1e3 * took:.0f} ms"
+        )
+        if path is not None:
+            console.print(f"path of {length_m:.2f} m through {len(path)} points")
+        elif start_m is not None:
+            console.print(f"no way from ({start_m[0]:.2f}, {start_m[1]:.2f}) m to the goal")
+    if start_m is not None and path is None:
+        raise typer.Exit(EXIT_NOT_REACHED)
+
+
+def _point(text: str, world: cairn.World, option: str) -> tuple[float, float]:
+    if text in world.goals:
+        place = world.goals[text]
+        return (float(place[0]), float(place[1]))
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        x = y = math.nan
+    if not (math.isfinite(x) and math.isfinite(y)):
+        places = ", ".join(sorted(world.goals)) or "none"
+        raise typer.BadParameter(
+            f"`{text}` is neither X,Y in metres nor a place of the map ({places})",
+            param_hint=option,
+        )
+    return (x, y)

@@ -1,0 +1,213 @@
+"""`cairn run` and `cairn scenarios`."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+
+from cairn.cli.progress import Progress
+from cairn.cli.root import app, complain, console
+from cairn.errors import CairnError
+from cairn.missions import Result, Scenario, run, run_many, shipped
+from cairn.missions.result import EXIT_CONTACT, EXIT_NOT_REACHED, EXIT_OK, EXIT_USAGE
+from cairn.record import DecisionLog, write_summary
+
+VERDICT = {
+    EXIT_OK: "[bold green]as expected[/]",
+    EXIT_NOT_REACHED: "[bold red]not as expected[/]",
+    EXIT_CONTACT: "[bold red]contact[/]",
+}
+
+
+@app.command("run")
+def run_command(
+    scenario: Annotated[str, typer.Argument(help="A .toml file, or the name of a shipped one.")],
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Of all noise; by default the scenario's.")
+    ] = None,
+    seeds: Annotated[
+        int | None, typer.Option(min=1, help="Run seeds 1 to this and print one table.")
+    ] = None,
+    record: Annotated[
+        Path | None,
+        typer.Option(help="Folder to write; by default runs/<name>, without the decisions."),
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the record, nothing else.")
+    ] = False,
+    picture: Annotated[bool, typer.Option(help="Draw the run into the folder.")] = True,
+) -> None:
+    """Run a mission; `summary.json` and a picture stay in runs/<name>."""
+    if seeds is not None:
+        if seed is not None:
+            raise typer.BadParameter("give --seed or --seeds, not both")
+        raise typer.Exit(_table([scenario], seeds, as_json))
+    mission = Scenario.load(scenario)
+    folder = record or Path("runs") / mission.name
+    quiet = as_json or not console.is_terminal
+    with contextlib.ExitStack() as stack:
+        observers: list[Any] = []
+        if not quiet:
+            observers.append(stack.enter_context(Progress(console, mission)))
+        if record is not None:
+            observers.append(stack.enter_context(DecisionLog(folder)))
+        result = run(mission, seed=seed, observers=observers)
+    written = [write_summary(result.to_dict(), folder)]
+    if picture:
+        from cairn.view.picture import draw_run
+
+        written.append(draw_run(result, folder / "picture.png"))
+    if as_json:
+        sys.stdout.write(json.dumps(result.to_dict(), indent=2, allow_nan=False) + "\n")
+    else:
+        _print_result(result)
+        console.print("[dim]" + "  ".join(str(path) for path in written) + "[/]")
+    raise typer.Exit(result.exit_code)
+
+
+@app.command()
+def scenarios(
+    seeds: Annotated[
+        int, typer.Option(min=0, help="Run every shipped scenario with seeds 1 to this; 0: list.")
+    ] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, nothing else.")] = False,
+) -> None:
+    """List the shipped scenarios, or run them all with several seeds and print one table."""
+    if seeds:
+        raise typer.Exit(_table(shipped(), seeds, as_json))
+    missions = [Scenario.load(name) for name in shipped()]
+    if as_json:
+        listed = {mission.name: mission.description for mission in missions}
+        sys.stdout.write(json.dumps(listed, indent=2) + "\n")
+        return
+    table = Table("scenario", "robot", "what happens", box=None, pad_edge=False)
+    for mission in missions:
+        table.add_row(f"[bold]{mission.name}[/]", mission.robot, mission.description)
+    console.print(table)
+
+
+def _print_result(result: Result) -> None:
+    summary = result.summary()
+    console.print(f"\n{VERDICT[result.exit_code]}  ", end="")
+    console.print(result.sentence, markup=False, highlight=False, soft_wrap=True)
+    for robot in result.robots:
+        table = Table("time", "from", "to", "why", box=None, pad_edge=False, header_style="dim")
+        for transition in robot.transitions:
+            table.add_row(
+                f"{transition.time_s:7.1f} s",
+                transition.before,
+                transition.after,
+                transition.sentence,
+            )
+        console.print(f"\n[bold]{robot.name}[/]")
+        console.print(table)
+    rows = {
+        "time": f"{summary['time_s']:.1f} s",
+        "driven": _metres(summary["path_length_m"]),
+        "planned": _metres(summary["planned_length_m"]),
+        "off the goal": _metres(summary["arrival_error_m"]),
+        "least clearance": _metres(summary["least_clearance_m"]),
+        "contacts": str(summary["contacts"]),
+        "drift, at the end / most": f"{_metres(summary['drift_m'])} / "
+        f"{_metres(summary['drift_max_m'])}",
+        "plans": str(summary["plan_count"]),
+        "real time factor": f"{result.wall['real_time_factor']:.1f}",
+    }
+    table = Table(box=None, show_header=False, pad_edge=False)
+    for name, value in rows.items():
+        table.add_row(f"[dim]{name}[/]", value)
+    console.print()
+    console.print(table)
+
+
+def _table(names: list[str], seeds: int, as_json: bool) -> int:
+    """Run scenarios × seeds, print one table, and return the worst exit code."""
+    for name in names:
+        Scenario.load(name)  # bad input is refused before anything runs
+    records: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
+    failures: list[Exception] = []
+    show = None if as_json or not console.is_terminal else console.status("running …")
+    total, finished = len(names) * seeds, 0
+    with show or contextlib.nullcontext():
+        for (name, seed), record in run_many(names, range(1, seeds + 1)):
+            finished += 1
+            if isinstance(record, Exception):
+                failures.append(record)
+            else:
+                records[name].append(record["summary"])
+            if show:
+                show.update(f"{finished} of {total} runs, last: {name}, seed {seed}")
+    for summaries in records.values():
+        summaries.sort(key=lambda summary: summary["seed"])
+    if as_json:
+        sys.stdout.write(json.dumps({"summary": records}, indent=2, allow_nan=False) + "\n")
+    else:
+        console.print(_seeds_table(records) if len(names) == 1 else _all_table(records, seeds))
+    for error in failures:
+        if not isinstance(error, CairnError):
+            raise error
+        complain(error)
+    codes = {summary["exit_code"] for summaries in records.values() for summary in summaries}
+    return EXIT_USAGE if failures else max(codes, default=EXIT_OK)
+
+
+def _seeds_table(records: dict[str, list[dict[str, Any]]]) -> Table:
+    table = Table(
+        "seed", "reached", "contacts", "time", "driven", "off the goal", "clearance", "drift",
+        "plans", "result", box=None, pad_edge=False,
+    )  # fmt: skip
+    for summary in next(iter(records.values())):
+        table.add_row(
+            str(summary["seed"]),
+            "yes" if summary["reached"] else "[red]no[/]",
+            str(summary["contacts"])
+            if not summary["contacts"]
+            else f"[red]{summary['contacts']}[/]",
+            f"{summary['time_s']:.1f} s",
+            _metres(summary["path_length_m"]),
+            _metres(summary["arrival_error_m"]),
+            _metres(summary["least_clearance_m"]),
+            _metres(summary["drift_m"]),
+            str(summary["plan_count"]),
+            summary["sentence"],
+        )
+    return table
+
+
+def _all_table(records: dict[str, list[dict[str, Any]]], seeds: int) -> Table:
+    table = Table(
+        "scenario", "as expected", "contacts", "time", "driven", "off the goal", "clearance",
+        "drift at the end / most", "plans", box=None, pad_edge=False,
+    )  # fmt: skip
+    for name, summaries in records.items():
+        good = sum(summary["exit_code"] == EXIT_OK for summary in summaries)
+        table.add_row(
+            f"[bold]{name}[/]",
+            f"[{'green' if good == seeds else 'red'}]{good} of {seeds}[/]",
+            str(sum(summary["contacts"] for summary in summaries)),
+            _span(summaries, "time_s", "s", 0),
+            _span(summaries, "path_length_m", "m", 1),
+            _span(summaries, "arrival_error_m", "m", 2),
+            _span(summaries, "least_clearance_m", "m", 2),
+            f"{_span(summaries, 'drift_m', 'm', 2)} / {_span(summaries, 'drift_max_m', 'm', 2)}",
+            _span(summaries, "plan_count", "", 0),
+        )
+    return table
+
+
+def _span(summaries: list[dict[str, Any]], key: str, unit: str, digits: int) -> str:
+    values = [summary[key] for summary in summaries if summary[key] is not None]
+    if not values:
+        return "–"
+    low, high = f"{min(values):.{digits}f}", f"{max(values):.{digits}f}"
+    return (low if low == high else f"{low}–{high}") + (f" {unit}" if unit else "")
+
+
+def _metres(value: float | None) -> str:
+    return "–" if value is None else f"{value:.2f} m"

@@ -1,0 +1,172 @@
+"""The setting of a run: what really stands there, the robots in it, and a navigator for each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+import cairn
+from cairn import errors
+from cairn.missions.scenario import Box, Goal, NewGoal, Scenario, Start
+
+if TYPE_CHECKING:
+    from cairn import robots
+    from cairn.world import World
+
+Pose = tuple[float, float, float]
+
+
+@dataclass
+class Agent:
+    """One robot (`cairn.robots.SimulatedRobot`), its navigator, and what it has to do."""
+
+    name: str
+    robot: Any
+    navigator: Any
+    tasks: list[Goal]
+
+
+@dataclass
+class Setting:
+    """What a run plays in.
+
+    `shared_field(goal)` gives one field for all the robots that drive to a goal, or None where
+    each plans for itself.
+    """
+
+    world: World
+    known: World | None
+    agents: list[Agent]
+    shared_field: Callable[[tuple[float, float]], Any] = lambda goal: None
+
+    def point_of(self, where: Start | Goal | NewGoal) -> tuple[float, float]:
+        """Return the point [m, world frame] a scenario means."""
+        return point_of(where, self.world)
+
+
+def build(scenario: Scenario, seed: int) -> Setting:
+    """Build the setting a scenario describes, ready to run.
+
+    Raises:
+        CairnError: what the scenario names does not exist or does not fit together.
+    """
+    from cairn import robots
+
+    known = None if scenario.map == "none" else load_map(scenario.map, scenario.folder)
+    world = known if scenario.world is None else load_map(scenario.world.map, scenario.folder)
+    assert world is not None  # the scenario is checked: no map needs a world
+    _check_pose_source(scenario.pose)
+    profile = cairn.Profile.load(_beside(scenario.profile, scenario.folder))
+    scene = robots.Scene.from_world(world, [_box(box) for box in scenario.boxes])
+    noise = None if profile.noise is None else profile.noise.scaled(scenario.noise)
+    kind = robots.KinematicRobot if scenario.robot == "kinematic" else robots.MujocoP3AT
+    for goal in scenario.goals:
+        if goal.explore_s is None:
+            point_of(goal, world)
+    agents = []
+    for number, entry in enumerate(scenario.starts):
+        start = start_pose(entry.start, world)
+        own_seed = seed if number == 0 else seed + 1_000_003 * number
+        robot = kind(profile, scene, start, seed=own_seed, noise=noise)
+        navigator = cairn.Navigator(profile, known, start=start, config=scenario.navigator or None)
+        agents.append(Agent(entry.name, robot, navigator, [*scenario.goals, *entry.goals]))
+    return Setting(world, known, agents, _sharing(agents))
+
+
+def _sharing(agents: list[Agent]) -> Callable[[tuple[float, float]], Any]:
+    """Several robots: the first one's navigator plans, the others take its field."""
+    return lambda goal: None
+
+
+def _box(box: Box) -> robots.Box:
+    from cairn import robots
+
+    return robots.Box(
+        x=box.x_m,
+        y=box.y_m,
+        length_m=box.length_m,
+        width_m=box.width_m,
+        heading=box.yaw_rad,
+        name=box.name,
+        height_m=box.height_m,
+        from_s=box.from_s,
+        until_s=math.inf if box.until_s is None else box.until_s,
+        appears_within_m=box.appears_within_m,
+        appears_near=box.appears_near_m,
+    )
+
+
+def _check_pose_source(pose: str) -> None:
+    sources = getattr(cairn.Navigator, "pose_sources", ("odometry", "truth"))
+    if pose not in sources:
+        raise errors.PoseSourceUnavailable(
+            f'pose = "{pose}": not yet; localisation in a known map is later work. '
+            f"There is {' and '.join(sources)}",
+            pose=pose,
+        )
+
+
+def point_of(where: Start | Goal | NewGoal, world: World) -> tuple[float, float]:
+    """Return the point [m, world frame] a scenario means by coordinates or a place of its world.
+
+    Raises:
+        ScenarioPlaceUnknown: the world has no place of that name.
+    """
+    if where.x_m is not None and where.y_m is not None:
+        return (where.x_m, where.y_m)
+    assert where.place is not None  # a checked scenario gives one or the other
+    place = _place(where.place, world)
+    return (float(place[0]), float(place[1]))
+
+
+def start_pose(start: Start, world: World) -> Pose:
+    """Return the pose a scenario means; the heading of a place counts where none is given."""
+    x, y = point_of(start, world)
+    heading = start.heading_rad
+    if heading is None and start.place is not None:
+        place = _place(start.place, world)
+        heading = float(place[2]) if len(place) > 2 else 0.0
+    return (x, y, heading or 0.0)
+
+
+def _place(name: str, world: World) -> tuple[float, ...]:
+    if name not in world.goals:
+        known = sorted(world.goals)
+        raise errors.ScenarioPlaceUnknown(
+            f"the world `{world.name}` has no place `{name}`; it has {', '.join(known) or 'none'}",
+            place=name,
+            known=known,
+        )
+    return world.goals[name]
+
+
+def load_map(name: str, folder: Path | None) -> World:
+    """Load a map beside the scenario file, or a shipped one by name."""
+    from cairn import maps
+
+    return maps.load(_beside(name, folder))
+
+
+def _beside(name: str, folder: Path | None) -> str:
+    path = (folder or Path.cwd()) / name
+    return str(path) if path.is_file() else name
+
+
+def way_left_m(path: np.ndarray | None, at: Pose, goal: tuple[float, float]) -> float:
+    """Return the way left [m]: along the plan from its nearest point, else straight."""
+    if path is None or len(path) < 2:
+        return math.dist(at[:2], goal)
+    path = np.asarray(path, dtype=float)
+    away = np.hypot(*(path - at[:2]).T)
+    nearest = int(away.argmin())
+    return float(away[nearest]) + length_m(path[nearest:])
+
+
+def length_m(path: np.ndarray) -> float:
+    """Return the length [m] of a polyline (n, 2)."""
+    return float(np.hypot(*np.diff(path, axis=0).T).sum())
