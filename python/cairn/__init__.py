@@ -1,6 +1,6 @@
 """Cairn plans, tracks, avoids and arrives: navigation for mobile robots that explains itself."""
 
-from cairn import errors
+from cairn import errors, maps
 from cairn._brain import __version__
 from cairn.planning import Field, plan, plan_grid
 from cairn.profile import Profile
@@ -17,6 +17,7 @@ __all__ = [
     "costmap",
     "distance_to_occupied",
     "errors",
+    "maps",
     "plan",
     "plan_grid",
 ]

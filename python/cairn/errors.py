@@ -644,3 +644,96 @@ class PathShapeWrong(CairnError):
     """A path is not an array of (x, y) rows."""
 
     shape: tuple[int, ...]
+
+
+# ---- map files -----------------------------------------------------------------------------------
+
+
+class MapError(CairnError):
+    """A map file was refused; `path` says which, `line` where in it (from 1; None: all of it)."""
+
+    path: str
+    line: int | None
+
+
+class MapNotFound(MapError):
+    """There is no such file."""
+
+
+class MapFormatUnknown(MapError):
+    """The file is of no kind that can be read (or written) here."""
+
+
+class MapTextInvalid(MapError):
+    """What should be text is not: the bytes are not UTF-8."""
+
+
+class MapYamlInvalid(MapError):
+    """A YAML file is not YAML, or not a mapping of keys to values."""
+
+
+class MapKeyMissing(MapError):
+    """A key of the header is missing."""
+
+    key: str
+
+
+class MapKeyInvalid(MapError):
+    """A key of the header has a value that it cannot have."""
+
+    key: str
+    value: Any
+
+
+class MapImageMissing(MapError):
+    """The image that a map names is not there."""
+
+    image: str
+
+
+class MapImageInvalid(MapError):
+    """The image of a map cannot be read."""
+
+    image: str
+
+
+class MapImageTruncated(MapError):
+    """The image of a map ends before its last pixel."""
+
+    image: str
+
+
+class MapEmpty(MapError):
+    """The map has no cell."""
+
+
+class MapTruncated(MapError):
+    """The file ends too early."""
+
+
+class MapCountMismatch(MapError):
+    """There is more or less of something than the header says."""
+
+    expected: int
+    found: int
+
+
+class MapCharacterInvalid(MapError):
+    """A character stands for no kind of cell."""
+
+    column: int
+    character: str
+
+
+class MapLineInvalid(MapError):
+    """A line does not say what it should."""
+
+
+class MapTooLarge(MapError):
+    """The map has more cells at this resolution than can be meant."""
+
+    cells: int
+
+
+class MapNotRepresentable(MapError):
+    """The file format has no room for what this world holds."""

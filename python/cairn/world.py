@@ -7,7 +7,7 @@ its left. Row 0 has the lowest y when the yaw is 0.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, TypedDict, Unpack
+from typing import Any, Literal, TypedDict, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -51,7 +51,7 @@ class World:
     name: str = ""
     goals: Mapping[str, Place] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self) -> None:  # noqa: D105
         put = lambda key, value: object.__setattr__(self, key, value)  # noqa: E731
         put("occupancy", _checked_occupancy(self.occupancy))
         put("resolution_m", _checked_number("resolution_m", self.resolution_m, least=0.0))
@@ -132,7 +132,7 @@ class World:
             boxes: (n, 4) or (n, 5): centre x, y and full length, width in the world [m], and
                 heading of the length [rad] (0 if not given).
         """
-        centres = self.point_of(np.stack(np.indices(self.shape), axis=-1))
+        centres = self.point_of(np.moveaxis(np.indices(self.shape), 0, -1))
         occupancy = self.occupancy.copy()
         half = self.resolution_m / 2
         for box in np.atleast_2d(np.asarray(boxes, float)):
@@ -278,7 +278,8 @@ def _checked_origin(origin: Any) -> tuple[float, float, float]:
         raise errors.WorldValueOutOfRange(
             f"world: origin is {origin!r}, must be (x, y, yaw)", key="origin", value=origin
         )
-    x, y, yaw = (_checked_number(f"origin.{k}", v) for k, v in zip(["x", "y", "yaw"], origin))  # noqa: B905
+    keys = ("origin.x", "origin.y", "origin.yaw")
+    x, y, yaw = (_checked_number(key, v) for key, v in zip(keys, origin, strict=True))
     return x, y, yaw
 
 
@@ -290,7 +291,7 @@ def _checked_goal(name: str, place: Any) -> Place:
             goal=name,
             value=place,
         )
-    return numbers
+    return cast(Place, numbers)
 
 
 def _checked_shape(what: str, array: NDArray[Any]) -> None:
