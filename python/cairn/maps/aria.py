@@ -104,7 +104,7 @@ def _draw(cells: NDArray[np.bool_], segment: Segment, touch: float = _TOUCH) -> 
 
 def _fill(cells: NDArray[np.bool_], corners: NDArray[np.float64]) -> None:
     """Marks the cells whose centre lies in a convex polygon, and those on its border."""
-    rows, cols = np.indices(cells.shape, sparse=True)
+    rows, cols = np.arange(cells.shape[0])[:, None], np.arange(cells.shape[1])
     side = []
     for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         _draw(cells, (*a, *b))
