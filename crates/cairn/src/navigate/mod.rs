@@ -1,1 +1,17 @@
-//! Modes, transitions, and the navigator that holds the parts together.
+//! Modes and transitions, and the navigator that holds the parts together `[Maalouf06 §6]`.
+
+mod config;
+mod navigator;
+mod planning;
+mod record;
+mod strategy;
+mod trap;
+mod way;
+
+pub use config::NavigatorConfig;
+pub use navigator::{NavigateError, Navigator, TickInput};
+pub use planning::{Planner, Refusal, WorldField};
+pub use record::{Decision, PlanRecord, Task, TaskStatus};
+pub use strategy::{Event, Mode, PAPER, Reason, Row, Strategy, StrategyError};
+pub use trap::{TrapConfig, TrapEvidence, TrapWatch};
+pub use way::{Blocked, Look, WayAhead, first_free, look_ahead};

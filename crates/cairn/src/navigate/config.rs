@@ -1,0 +1,88 @@
+use serde::{Deserialize, Serialize};
+
+use super::trap::TrapConfig;
+use crate::avoid::CvmConfig;
+use crate::locate::{MatchingConfig, OdometryConfig};
+use crate::world::{CostmapConfig, MappingConfig};
+
+/// Everything about navigating that a user may set; every part's own table is inside.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct NavigatorConfig {
+    /// Distance between waypoints: close is precise and slow, far is fast \[m\].
+    pub waypoint_spacing_m: f64,
+    /// Kept between the footprint and everything on the map when planning and looking ahead \[m\].
+    pub clearance_m: f64,
+    /// Arrived when this near to the goal \[m\].
+    pub arrival_m: f64,
+    /// An intermediate goal counts as reached when this near \[m\].
+    pub intermediate_reach_m: f64,
+    /// Farther off the path than this, the pointers of the field are walked anew \[m\].
+    pub off_path_m: f64,
+    /// How far a start inside the margin may be from the nearest free place \[m\].
+    pub escape_m: f64,
+    /// Plans from about the same place, without getting nearer to the goal, before giving up.
+    pub fruitless_plans: u32,
+    /// Side of a map cell when there is no map to begin with \[m\].
+    pub resolution_m: f64,
+    /// How far around robot and goal a map is taken to reach when there is none \[m\].
+    pub open_margin_m: f64,
+    /// Match ranges to the given map to correct the estimated pose.
+    pub match_map: bool,
+    /// From occupancy to cost.
+    pub costmap: CostmapConfig,
+    /// From ranges to occupancy.
+    pub mapping: MappingConfig,
+    /// From wheels and gyroscope to a pose.
+    pub odometry: OdometryConfig,
+    /// From ranges and the given map to corrections of that pose.
+    pub matching: MatchingConfig,
+    /// The curvature velocity method.
+    pub avoidance: CvmConfig,
+    /// Circles and dead ends.
+    pub trap: TrapConfig,
+}
+
+impl Default for NavigatorConfig {
+    fn default() -> Self {
+        Self {
+            waypoint_spacing_m: 0.3,
+            clearance_m: 0.05,
+            arrival_m: 0.1,
+            intermediate_reach_m: 0.4,
+            off_path_m: 0.6,
+            escape_m: 1.0,
+            fruitless_plans: 4,
+            resolution_m: 0.05,
+            open_margin_m: 4.0,
+            match_map: true,
+            costmap: CostmapConfig::default(),
+            mapping: MappingConfig::default(),
+            odometry: OdometryConfig::default(),
+            matching: MatchingConfig::default(),
+            avoidance: CvmConfig::default(),
+            trap: TrapConfig::default(),
+        }
+    }
+}
+
+impl NavigatorConfig {
+    /// The first length that is not a finite number greater than zero.
+    pub(super) fn bad_length(&self) -> Option<(&'static str, f64)> {
+        [
+            ("waypoint_spacing_m", self.waypoint_spacing_m),
+            ("arrival_m", self.arrival_m),
+            ("intermediate_reach_m", self.intermediate_reach_m),
+            ("off_path_m", self.off_path_m),
+            ("escape_m", self.escape_m),
+            ("resolution_m", self.resolution_m),
+            ("open_margin_m", self.open_margin_m),
+            ("trap.region_radius_m", self.trap.region_radius_m),
+            ("trap.loop_length_m", self.trap.loop_length_m),
+            ("trap.progress_m", self.trap.progress_m),
+            ("trap.patience_s", self.trap.patience_s),
+        ]
+        .into_iter()
+        .find(|(_, value)| !(value.is_finite() && *value > 0.0))
+    }
+}

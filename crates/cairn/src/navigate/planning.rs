@@ -1,0 +1,260 @@
+//! From the map as it is now to a field, and from a field to the robot's own path.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use crate::geometry::{Point2, Pose2};
+use crate::plan::{Field, PlanOptions, plan_costs_f32};
+use crate::robot::Footprint;
+use crate::world::{Cell, CostmapConfig, Grid, GridGeometry, Occupancy, OccupancyGrid, costmap};
+
+/// A cost-to-go field laid over the world, shared by every robot that wants the same goal.
+#[derive(Clone, Debug)]
+pub struct WorldField {
+    /// Cost-to-go and policy.
+    pub field: Arc<Field>,
+    /// Cost per metre that it was solved on.
+    pub costs: Arc<Grid<f32>>,
+    /// What the map held as occupied then.
+    pub occupied: Arc<Grid<bool>>,
+    /// What it leads to; several for exploring.
+    pub goals: Vec<Point2>,
+}
+
+/// Why there is no plan; each ends the task and is told to the user.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case", tag = "code")]
+pub enum Refusal {
+    /// The goal lies beyond the map.
+    GoalOutsideMap,
+    /// Something stands on the goal, or so near that the robot cannot stand there.
+    GoalBlocked {
+        /// From the goal to the nearest occupied place \[m\].
+        clearance_m: f64,
+        /// What the robot needs \[m\].
+        needed_m: f64,
+    },
+    /// The robot is outside the map.
+    StartOutsideMap,
+    /// The footprint overlaps an occupied cell, or no free place is near enough.
+    StartBlocked,
+    /// Goal and robot are in parts of the map that nothing joins.
+    NoPath,
+    /// Several plans brought the robot no nearer.
+    NoProgress {
+        /// How many.
+        plans: u32,
+    },
+    /// Exploring: nothing unknown is left that can be reached.
+    NothingLeftToExplore,
+}
+
+impl std::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::GoalOutsideMap => write!(f, "the goal lies outside the map"),
+            Self::GoalBlocked { clearance_m, needed_m } => write!(
+                f,
+                "the nearest obstacle is {clearance_m:.2} m from the goal and the robot needs {needed_m:.2} m"
+            ),
+            Self::StartOutsideMap => write!(f, "the robot is outside the map"),
+            Self::StartBlocked => write!(f, "the robot stands in an obstacle of the map"),
+            Self::NoPath => write!(f, "no path leads from the robot to the goal"),
+            Self::NoProgress { plans } => write!(f, "{plans} plans brought the robot no nearer to the goal"),
+            Self::NothingLeftToExplore => write!(f, "nothing unknown is left that the robot can reach"),
+        }
+    }
+}
+
+/// What planning needs to know of the robot.
+#[derive(Clone, Copy, Debug)]
+pub struct Planner<'a> {
+    /// Outline, clearance included.
+    pub footprint: Footprint,
+    /// From occupancy to cost.
+    pub config: &'a CostmapConfig,
+    /// How far a start inside the margin may be from a free place \[m\].
+    pub escape_m: f64,
+}
+
+impl Planner<'_> {
+    /// Solves the field for `goal` on `occupancy`.
+    ///
+    /// # Errors
+    /// The [`Refusal`] that says why nobody could get there.
+    pub fn solve(&self, occupancy: &OccupancyGrid, goal: Point2) -> Result<WorldField, Refusal> {
+        let geometry = occupancy.geometry;
+        let cell = geometry.cell_at(goal).ok_or(Refusal::GoalOutsideMap)?;
+        let costs = self.costs(occupancy)?;
+        if !costs.at(cell).is_finite() {
+            return Err(Refusal::GoalBlocked {
+                clearance_m: clearance(occupancy, goal),
+                needed_m: self.footprint.inscribed_radius_m(),
+            });
+        }
+        self.field(occupancy, costs, vec![goal], &[cell])
+    }
+
+    /// Solves the field towards every frontier: free cells beside unknown ones, away from the robot.
+    ///
+    /// # Errors
+    /// [`Refusal::NothingLeftToExplore`] where there is none.
+    pub fn solve_frontiers(&self, occupancy: &OccupancyGrid, robot: Point2) -> Result<WorldField, Refusal> {
+        let geometry = occupancy.geometry;
+        let costs = self.costs(occupancy)?;
+        let known_free = |row: usize, col: usize| *occupancy.at(Cell::new(row, col)) == Occupancy::Free;
+        let mut cells = Vec::new();
+        for row in 1..geometry.rows.saturating_sub(1) {
+            for col in 1..geometry.cols.saturating_sub(1) {
+                let cell = Cell::new(row, col);
+                let beside_unknown = [(row - 1, col), (row + 1, col), (row, col - 1), (row, col + 1)]
+                    .iter()
+                    .any(|&(r, c)| *occupancy.at(Cell::new(r, c)) == Occupancy::Unknown);
+                let reachable = costs.at(cell).is_finite();
+                let away = geometry.center(cell).distance(robot) > 2.0 * self.footprint.length_m;
+                if known_free(row, col) && beside_unknown && reachable && away {
+                    cells.push(cell);
+                }
+            }
+        }
+        if cells.is_empty() {
+            return Err(Refusal::NothingLeftToExplore);
+        }
+        let goals = cells.iter().map(|&cell| geometry.center(cell)).collect();
+        self.field(occupancy, costs, goals, &cells)
+    }
+
+    fn costs(&self, occupancy: &OccupancyGrid) -> Result<Grid<f32>, Refusal> {
+        costmap(occupancy, &self.footprint, self.config).map_err(|_| Refusal::NoPath)
+    }
+
+    fn field(
+        &self,
+        occupancy: &OccupancyGrid,
+        costs: Grid<f32>,
+        goals: Vec<Point2>,
+        cells: &[Cell],
+    ) -> Result<WorldField, Refusal> {
+        let field = plan_costs_f32(&costs, cells, &PlanOptions::default()).map_err(|_| Refusal::NoPath)?;
+        let occupied = occupancy.values.iter().map(|&seen| seen == Occupancy::Occupied).collect();
+        Ok(WorldField {
+            field: Arc::new(field),
+            costs: Arc::new(costs),
+            occupied: Arc::new(Grid::new(occupancy.geometry, occupied)),
+            goals,
+        })
+    }
+}
+
+/// Distance from `point` to the nearest occupied cell \[m\]; infinite if there is none.
+fn clearance(occupancy: &OccupancyGrid, point: Point2) -> f64 {
+    let geometry = occupancy.geometry;
+    let occupied = occupancy.values.iter().enumerate().filter(|(_, seen)| **seen == Occupancy::Occupied);
+    occupied
+        .map(|(index, _)| geometry.center(geometry.cell(index)).distance(point))
+        .fold(f64::INFINITY, f64::min)
+}
+
+impl WorldField {
+    /// Where the field lies.
+    pub fn geometry(&self) -> GridGeometry {
+        self.costs.geometry
+    }
+
+    /// Cost still to pay from `point`; infinite where no path leads on, None outside.
+    pub fn cost_to_go(&self, point: Point2) -> Option<f64> {
+        let geometry = self.geometry();
+        geometry.cell_at(point).map(|cell| self.field.cost_to_go(cell) * geometry.resolution_m)
+    }
+
+    /// The way down the pointers from `start`: robot, cell centres, exact goal.
+    ///
+    /// From inside the margin it first leaves to the nearest free place, not through anything occupied.
+    ///
+    /// # Errors
+    /// The [`Refusal`] that says why there is none.
+    pub fn path(
+        &self,
+        world_from_robot: Pose2,
+        footprint: &Footprint,
+        escape_m: f64,
+    ) -> Result<Vec<Point2>, Refusal> {
+        let geometry = self.geometry();
+        let start = world_from_robot.position();
+        let cell = geometry.cell_at(start).ok_or(Refusal::StartOutsideMap)?;
+        let first = if self.field.cost_to_go(cell).is_finite() {
+            cell
+        } else if self.costs.at(cell).is_finite() {
+            return Err(Refusal::NoPath);
+        } else {
+            self.escape(world_from_robot, cell, footprint, escape_m)?
+        };
+        let cells = self.field.path(first).ok_or(Refusal::NoPath)?;
+        let mut path = vec![start];
+        let inner = if first == cell { 1 } else { 0 };
+        path.extend(cells.iter().skip(inner).map(|&cell| geometry.center(cell)));
+        if let (Some(end), Some(last)) = (cells.last(), path.last_mut())
+            && let Some(goal) = self.goals.iter().find(|&&goal| geometry.cell_at(goal) == Some(*end))
+        {
+            if cells.len() > inner {
+                *last = *goal;
+            } else {
+                path.push(*goal);
+            }
+        }
+        Ok(path)
+    }
+
+    /// The nearest cell with a finite value, reached straight without crossing anything occupied.
+    fn escape(
+        &self,
+        world_from_robot: Pose2,
+        from: Cell,
+        footprint: &Footprint,
+        escape_m: f64,
+    ) -> Result<Cell, Refusal> {
+        let geometry = self.geometry();
+        let start = world_from_robot.position();
+        let robot_from_world = world_from_robot.inverse();
+        let reach = (escape_m / geometry.resolution_m).ceil() as usize;
+        let rows = from.row.saturating_sub(reach)..(from.row + reach + 1).min(geometry.rows);
+        let mut candidates = Vec::new();
+        for row in rows {
+            for col in from.col.saturating_sub(reach)..(from.col + reach + 1).min(geometry.cols) {
+                let cell = Cell::new(row, col);
+                let center = geometry.center(cell);
+                if *self.occupied.at(cell) && footprint.distance(robot_from_world * center) == 0.0 {
+                    return Err(Refusal::StartBlocked);
+                }
+                let distance_m = center.distance(start);
+                if distance_m <= escape_m && self.field.cost_to_go(cell).is_finite() {
+                    candidates.push((distance_m, cell));
+                }
+            }
+        }
+        candidates.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        candidates
+            .into_iter()
+            .map(|(_, cell)| cell)
+            .find(|&cell| {
+                self.all_along(start, geometry.center(cell), |grid_cell| !*self.occupied.at(grid_cell))
+            })
+            .ok_or(Refusal::StartBlocked)
+    }
+
+    /// The robot's centre may pass straight from `a` to `b`.
+    pub fn is_clear(&self, a: Point2, b: Point2) -> bool {
+        self.all_along(a, b, |cell| self.costs.at(cell).is_finite())
+    }
+
+    /// `holds` for every cell touched at steps of a quarter cell from `a` to `b`.
+    fn all_along(&self, a: Point2, b: Point2, holds: impl Fn(Cell) -> bool) -> bool {
+        let geometry = self.geometry();
+        let steps = (a.distance(b) / (geometry.resolution_m / 4.0)).ceil().max(1.0) as usize;
+        (0..=steps).all(|i| {
+            let point = a + (b - a) * (i as f64 / steps as f64);
+            geometry.cell_at(point).is_some_and(&holds)
+        })
+    }
+}

@@ -1,0 +1,156 @@
+//! Is the robot going in circles, or stuck? `[Maalouf06 §6]`
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::Point2;
+
+/// When a robot counts as trapped.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct TrapConfig {
+    /// Two positions nearer than this are the same region \[m\].
+    pub region_radius_m: f64,
+    /// Coming back counts only after driving this far in between \[m\].
+    pub loop_length_m: f64,
+    /// Progress is the distance still to go falling by at least this \[m\].
+    pub progress_m: f64,
+    /// No progress for this long is a local minimum \[s\].
+    pub patience_s: f64,
+}
+
+impl Default for TrapConfig {
+    fn default() -> Self {
+        Self { region_radius_m: 0.35, loop_length_m: 3.0, progress_m: 0.2, patience_s: 8.0 }
+    }
+}
+
+/// What speaks for a trap.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct TrapEvidence {
+    /// Driven since the watch began \[m\].
+    pub driven_m: f64,
+    /// The earlier position that was come back to, if any.
+    pub revisited: Option<Point2>,
+    /// Least distance to go so far \[m\].
+    pub least_to_go_m: Option<f64>,
+    /// Time since it last fell \[s\].
+    pub without_progress_s: f64,
+    /// [`TrapConfig::patience_s`] has run out.
+    pub stuck: bool,
+}
+
+/// Watches the way driven since the last plan.
+#[derive(Clone, Debug)]
+pub struct TrapWatch {
+    config: TrapConfig,
+    /// Positions every half region, with the way driven until there.
+    trail: Vec<(Point2, f64)>,
+    last: Option<Point2>,
+    evidence: TrapEvidence,
+}
+
+impl TrapWatch {
+    /// A watch with nothing seen yet.
+    pub fn new(config: TrapConfig) -> Self {
+        Self { config, trail: Vec::new(), last: None, evidence: TrapEvidence::default() }
+    }
+
+    /// Forgets the trail: a new plan, or a new task.
+    pub fn restart(&mut self) {
+        *self = Self::new(self.config);
+    }
+
+    /// Forgets the progress only: what is headed for has changed.
+    pub fn restart_progress(&mut self) {
+        self.evidence.least_to_go_m = None;
+        self.evidence.without_progress_s = 0.0;
+        self.evidence.stuck = false;
+    }
+
+    /// One tick at `position_in_world`, with `to_go_m` left to what is headed for.
+    pub fn step(&mut self, position_in_world: Point2, to_go_m: f64, dt_s: f64) -> TrapEvidence {
+        let step_m = self.last.map_or(0.0, |last| last.distance(position_in_world));
+        self.last = Some(position_in_world);
+        self.evidence.driven_m += step_m;
+        self.evidence.revisited = self.revisited(position_in_world);
+        let spacing_m = self.config.region_radius_m / 2.0;
+        if self.trail.last().is_none_or(|(p, _)| p.distance(position_in_world) >= spacing_m) {
+            self.trail.push((position_in_world, self.evidence.driven_m));
+        }
+
+        let progressed =
+            self.evidence.least_to_go_m.is_none_or(|least| to_go_m <= least - self.config.progress_m);
+        if progressed {
+            self.evidence.least_to_go_m = Some(to_go_m);
+            self.evidence.without_progress_s = 0.0;
+        } else {
+            self.evidence.without_progress_s += dt_s;
+        }
+        self.evidence.stuck = self.evidence.without_progress_s > self.config.patience_s;
+        self.evidence
+    }
+
+    /// The earlier position in this region, if the robot left the region in between and drove a loop.
+    fn revisited(&self, position: Point2) -> Option<Point2> {
+        let long_ago = self.evidence.driven_m - self.config.loop_length_m;
+        let candidate = self.trail.iter().position(|(p, driven)| {
+            *driven <= long_ago && p.distance(position) < self.config.region_radius_m
+        })?;
+        let left = self.trail[candidate..]
+            .iter()
+            .any(|(p, _)| p.distance(position) > 2.0 * self.config.region_radius_m);
+        left.then(|| self.trail[candidate].0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    fn drive(watch: &mut TrapWatch, way: impl Iterator<Item = Point2>) -> TrapEvidence {
+        way.map(|p| watch.step(p, 10.0 - p.x, 0.1)).last().unwrap()
+    }
+
+    #[test]
+    fn a_circle_driven_once_is_a_region_visited_twice() {
+        let mut watch = TrapWatch::new(TrapConfig::default());
+        let circle = (0..=100).map(|i| f64::from(i) / 100.0 * TAU).map(|a| Point2::new(a.cos(), a.sin()));
+        assert!(drive(&mut watch, circle).revisited.is_some());
+    }
+
+    #[test]
+    fn a_straight_way_and_a_turn_on_the_spot_revisit_nothing() {
+        let mut watch = TrapWatch::new(TrapConfig::default());
+        let straight = (0..200).map(|i| Point2::new(f64::from(i) * 0.05, 0.0));
+        assert_eq!(drive(&mut watch, straight).revisited, None);
+        let jitter = (0..200).map(|i| Point2::new(9.95 + 0.03 * f64::from(i % 2), 0.0));
+        assert_eq!(drive(&mut watch, jitter).revisited, None);
+    }
+
+    #[test]
+    fn standing_before_a_wall_is_stuck_after_the_patience_and_not_before() {
+        let config = TrapConfig::default();
+        let mut watch = TrapWatch::new(config);
+        let ticks = (config.patience_s / 0.1) as usize;
+        for tick in 0..=ticks + 2 {
+            let seen = watch.step(Point2::new(1.0, 1.0), 5.0, 0.1);
+            assert_eq!(seen.stuck, seen.without_progress_s > config.patience_s, "tick {tick}");
+        }
+        assert!(watch.step(Point2::new(1.0, 1.0), 5.0, 0.1).stuck);
+    }
+
+    #[test]
+    fn progress_or_a_new_target_resets_the_patience() {
+        let mut watch = TrapWatch::new(TrapConfig::default());
+        for _ in 0..200 {
+            watch.step(Point2::new(1.0, 1.0), 5.0, 0.1);
+        }
+        assert!(!watch.step(Point2::new(1.3, 1.0), 4.7, 0.1).stuck);
+        for _ in 0..200 {
+            watch.step(Point2::new(1.3, 1.0), 4.7, 0.1);
+        }
+        watch.restart_progress();
+        assert!(!watch.step(Point2::new(1.3, 1.0), 9.0, 0.1).stuck);
+    }
+}
