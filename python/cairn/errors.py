@@ -446,6 +446,13 @@ class NoLevels(CairnError):
 class MappingRangeCount(CairnError):
     """The array of ranges does not have one reading for each sensor of the profile."""
 
+
+# ---- navigating ----------------------------------------------------------------------------------
+
+
+class RangeCountWrong(CairnError):
+    """The array of ranges has another length than the profile has sensors."""
+
     given: int
     expected: int
 
@@ -495,6 +502,31 @@ class AvoidanceObstacleNotFinite(CairnError):
     """An obstacle has a coordinate that is not a finite number."""
 
     index: int
+
+
+class RangeNegative(CairnError):
+    """A range is negative."""
+
+    index: int
+    value: float
+
+
+class TimeStepInvalid(CairnError):
+    """A tick's duration is not a finite number greater than 0."""
+
+    dt_s: float
+
+
+class MeasurementNotFinite(CairnError):
+    """A measurement or pose is NaN or infinite."""
+
+    what: str
+    value: float
+
+
+class GoalNotFinite(CairnError):
+    """A goal's coordinate is NaN or infinite."""
+
     x_m: float
     y_m: float
 
@@ -737,3 +769,17 @@ class MapTooLarge(MapError):
 
 class MapNotRepresentable(MapError):
     """The file format has no room for what this world holds."""
+
+
+class NavigatorSettingInvalid(CairnError):
+    """A setting of the navigator is not usable."""
+
+    key: str
+    value: float
+
+
+class ControllerNotFound(CairnError):
+    """A fuzzy controller is neither a file nor shipped under that name."""
+
+    controller: str
+    known: list[str]

@@ -3,14 +3,13 @@ use serde::{Deserialize, Serialize};
 use super::trap::TrapConfig;
 use crate::avoid::CvmConfig;
 use crate::locate::{MatchingConfig, OdometryConfig};
+use crate::track::WaypointConfig;
 use crate::world::{CostmapConfig, MappingConfig};
 
 /// Everything about navigating that a user may set; every part's own table is inside.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct NavigatorConfig {
-    /// Distance between waypoints: close is precise and slow, far is fast \[m\].
-    pub waypoint_spacing_m: f64,
     /// Kept between the footprint and everything on the map when planning and looking ahead \[m\].
     pub clearance_m: f64,
     /// Arrived when this near to the goal \[m\].
@@ -29,6 +28,8 @@ pub struct NavigatorConfig {
     pub open_margin_m: f64,
     /// Match ranges to the given map to correct the estimated pose.
     pub match_map: bool,
+    /// From a path to waypoints: close together is precise and slow, far apart is fast.
+    pub waypoints: WaypointConfig,
     /// From occupancy to cost.
     pub costmap: CostmapConfig,
     /// From ranges to occupancy.
@@ -46,7 +47,6 @@ pub struct NavigatorConfig {
 impl Default for NavigatorConfig {
     fn default() -> Self {
         Self {
-            waypoint_spacing_m: 0.3,
             clearance_m: 0.05,
             arrival_m: 0.1,
             intermediate_reach_m: 0.4,
@@ -56,6 +56,7 @@ impl Default for NavigatorConfig {
             resolution_m: 0.05,
             open_margin_m: 4.0,
             match_map: true,
+            waypoints: WaypointConfig::default(),
             costmap: CostmapConfig::default(),
             mapping: MappingConfig::default(),
             odometry: OdometryConfig::default(),
@@ -70,7 +71,6 @@ impl NavigatorConfig {
     /// The first length that is not a finite number greater than zero.
     pub(super) fn bad_length(&self) -> Option<(&'static str, f64)> {
         [
-            ("waypoint_spacing_m", self.waypoint_spacing_m),
             ("arrival_m", self.arrival_m),
             ("intermediate_reach_m", self.intermediate_reach_m),
             ("off_path_m", self.off_path_m),

@@ -86,15 +86,19 @@ pub enum NavigateError {
     },
     /// The tracker refused its part.
     #[error(transparent)]
+    #[serde(untagged)]
     Track(#[from] TrackError),
     /// The avoider refused its part.
     #[error(transparent)]
+    #[serde(untagged)]
     Avoid(#[from] AvoidError),
     /// The odometry refused its part.
     #[error(transparent)]
+    #[serde(untagged)]
     Locate(#[from] LocateError),
     /// The mapper refused its part.
     #[error(transparent)]
+    #[serde(untagged)]
     Mapping(#[from] MappingError),
 }
 
@@ -177,7 +181,7 @@ impl Navigator {
         };
         Ok(Self {
             odometry: Odometry::new(&config.odometry, &profile.drive, start.unwrap_or_default())?,
-            tracker: Tracker::new(controller, &profile.limits)?,
+            tracker: Tracker::new(controller, &profile.limits)?.with_latency(profile.drive.latency_s)?,
             cvm: Cvm::new(&config.avoidance, &profile.limits, &profile.footprint)?,
             trap: TrapWatch::new(config.trap),
             body,
@@ -585,8 +589,7 @@ impl Navigator {
     fn walk(&mut self, pose: Pose2) -> Result<(), Refusal> {
         let Some(field) = &self.field else { return Err(Refusal::NoPath) };
         let path = field.path(pose, &self.profile.footprint, self.config.escape_m)?;
-        let spacing_m = self.config.waypoint_spacing_m;
-        let waypoints = Waypoints::resample(&path, spacing_m, |a, b| field.is_clear(a, b))
+        let waypoints = Waypoints::from_path(&path, &self.config.waypoints, |a, b| field.is_clear(a, b))
             .map_err(|_| Refusal::NoPath)?;
         self.path = path;
         self.waypoints = waypoints.points().to_vec();

@@ -1,0 +1,259 @@
+"""The navigator in Python: one call per tick, one record out that says everything."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cairn import _brain, errors
+from cairn.profile import Profile
+from cairn.robots.robot import Pose, Twist
+from cairn.world import World
+
+
+class Decision:
+    """What one tick saw, decided and commands, and why. Everything is in `to_dict`."""
+
+    def __init__(self, brain: _brain.Decision) -> None:
+        self._brain = brain
+
+    @property
+    def twist(self) -> Twist:
+        """The command (V [m/s], ω [rad/s])."""
+        return Twist(*self._brain.twist)
+
+    @property
+    def pose(self) -> Pose:
+        """Estimated pose of the robot in the world frame [m, m, rad]."""
+        return Pose(*self._brain.pose)
+
+    @property
+    def time_s(self) -> float:
+        """Time since the navigator began, this tick's step included."""
+        return self._brain.time_s
+
+    @property
+    def mode(self) -> str:
+        """`stop`, `path_planning`, `path_tracking` or `obstacle_avoidance`."""
+        return self._brain.mode
+
+    @property
+    def event(self) -> str:
+        """What was perceived, reduced to the one thing that mattered most."""
+        return self._brain.event
+
+    @property
+    def reason(self) -> str:
+        """Why the mode is what it is: a code that stays stable."""
+        return self._brain.reason
+
+    @property
+    def sentence(self) -> str:
+        """Mode and reason in words, with the values."""
+        return self._brain.sentence
+
+    @property
+    def goal_status(self) -> str:
+        """`idle`, `driving`, `reached`, `refused` or `cancelled`."""
+        return self._brain.goal_status
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the whole record as plain dicts and lists; numbers may be inf."""
+        return self._brain.to_dict()
+
+    def to_json(self) -> str:
+        """Return the whole record as one line of strict JSON; what is not finite becomes null."""
+        return json.dumps(_finite(self.to_dict()), separators=(",", ":"), allow_nan=False)
+
+    def __repr__(self) -> str:
+        v, w = self.twist
+        return f"<Decision {self.time_s:.1f} s: {self.sentence} ({v:.2f} m/s, {w:.2f} rad/s)>"
+
+
+class Navigator:
+    """Plans, tracks, avoids and arrives [Maalouf06 §6].
+
+    Args:
+        profile: the robot, or the name or file of its profile.
+        world: the map to plan on; None: the robot maps as it goes.
+        start: (x, y, heading) of the robot in the world frame [m, m, rad]. Without it a given map is
+            used only once `step` is told a pose.
+        controller: name, file or TOML text of the fuzzy controller.
+        config: settings that differ from `default_config`, nested like it.
+
+    Raises:
+        NavigatorSettingInvalid, and the errors of the parts: a setting is not usable.
+        ValueError: an unknown setting.
+    """
+
+    def __init__(
+        self,
+        profile: Profile | str | Path = "p3at",
+        world: World | None = None,
+        *,
+        start: ArrayLike | None = None,
+        controller: str | Path = "p3at",
+        config: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.profile = profile if isinstance(profile, Profile) else Profile.load(profile)
+        self.world = world
+        grid = None
+        if world is not None:
+            grid = (world.occupancy, world.resolution_m, world.origin)
+        self._brain = _brain.Navigator(
+            self.profile,
+            _controller_text(controller),
+            None if config is None else dict(config),
+            grid,
+            None if start is None else _triple(start, "start"),
+        )
+
+    @staticmethod
+    def default_config() -> dict[str, Any]:
+        """Return every setting with its default value."""
+        return _brain.Navigator.default_config()
+
+    def set_goal(self, goal: ArrayLike, field: _brain.SharedField | None = None) -> None:
+        """Drive to (x, y) in the world frame [m]; a moving robot first comes to rest.
+
+        Args:
+            goal: (x, y) [m].
+            field: the `field` of another navigator for the same goal: no plan is made then until
+                something it does not know stands in the way.
+
+        Raises:
+            GoalNotFinite: a coordinate is NaN or infinite.
+        """
+        x, y = (float(v) for v in np.asarray(goal, float)[:2])
+        self._brain.set_goal(x, y, field)
+
+    def explore(self) -> None:
+        """See what is unknown, until there is nothing left or another command comes."""
+        self._brain.explore()
+
+    def cancel(self) -> None:
+        """End the task; the robot brakes to rest."""
+        self._brain.cancel()
+
+    def step(
+        self,
+        ranges: ArrayLike,
+        wheels: ArrayLike,
+        gyro: float | None,
+        dt_s: float,
+        world_from_robot: ArrayLike | None = None,
+    ) -> Decision:
+        """One tick: what was measured in, everything decided out.
+
+        Args:
+            ranges: (n,) one per sonar, then per lidar beam [m]; inf no echo, nan not measured.
+            wheels: (left, right) travel of each side since the last tick, by encoders [m].
+            gyro: mean turn rate since the last tick [rad/s]; None without a gyroscope.
+            dt_s: time since the last tick.
+            world_from_robot: (x, y, heading) of the robot in the world frame, where something else
+                knows it; otherwise it is estimated from wheels, gyro and the given map.
+
+        Raises:
+            RangeCountWrong, RangeNegative, TimeStepInvalid, MeasurementNotFinite: the input cannot
+                be a measurement; nothing has changed then.
+        """
+        left, right = (float(v) for v in np.asarray(wheels, float))
+        return Decision(
+            self._brain.step(
+                np.ascontiguousarray(ranges, np.float64),
+                (left, right),
+                None if gyro is None else float(gyro),
+                float(dt_s),
+                None if world_from_robot is None else _triple(world_from_robot, "world_from_robot"),
+            )
+        )
+
+    @property
+    def pose(self) -> Pose:
+        """Estimated pose in the world frame [m, m, rad]."""
+        return Pose(*self._brain.pose)
+
+    @property
+    def mode(self) -> str:
+        """Mode after the last tick."""
+        return self._brain.mode
+
+    @property
+    def path(self) -> NDArray[np.float64] | None:
+        """(n, 2) the path last walked down the field, world frame [m]; None before the first."""
+        path = self._brain.path
+        return path if len(path) else None
+
+    @property
+    def waypoints(self) -> NDArray[np.float64]:
+        """(n, 2) what the tracker follows, world frame [m]."""
+        return self._brain.waypoints
+
+    @property
+    def plan_count(self) -> int:
+        """Number of fields this navigator has solved itself."""
+        return self._brain.plan_count
+
+    @property
+    def field(self) -> _brain.SharedField | None:
+        """The cost-to-go field in use, to share with others that want the same goal."""
+        return self._brain.field
+
+    def map(self) -> World:
+        """Return the map as it is now."""
+        occupancy, resolution_m, origin = self._brain.map()
+        return World(occupancy, resolution_m=resolution_m, origin=origin, name="map as seen")
+
+
+def transitions() -> list[tuple[str, str, str, str]]:
+    """Every transition of the four modes: (mode, event, next mode, reason) [Maalouf06 Fig. 11]."""
+    return _brain.transitions()
+
+
+def _controller_text(controller: str | Path) -> str:
+    text = str(controller)
+    if "\n" in text:
+        return text
+    if text.isidentifier():
+        shipped = files("cairn") / "data" / "controllers" / f"{text}.toml"
+        if shipped.is_file():
+            return shipped.read_text(encoding="utf-8")
+    path = Path(text)
+    if not path.is_file():
+        folder = files("cairn") / "data" / "controllers"
+        known = sorted(f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml"))
+        raise errors.ControllerNotFound(
+            f"controller `{text}` is neither a file nor one of {', '.join(known)}",
+            controller=text,
+            known=known,
+        )
+    return path.read_text(encoding="utf-8")
+
+
+def _triple(pose: ArrayLike, what: str) -> tuple[float, float, float]:
+    numbers = np.asarray(pose, float).ravel()
+    if numbers.shape != (3,) or not np.isfinite(numbers).all():
+        raise errors.MeasurementNotFinite(
+            f"{what} is {pose!r}: it must be (x, y, heading), three finite numbers",
+            what=what,
+            value=pose,
+        )
+    x, y, heading = (float(v) for v in numbers)
+    return x, y, heading
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: _finite(part) for key, part in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(part) for part in value]
+    return value
