@@ -2,14 +2,19 @@
 
 from cairn import errors, maps
 from cairn._brain import __version__
+from cairn.navigator import Decision, Navigator
 from cairn.planning import Field, plan, plan_grid
 from cairn.profile import Profile
 from cairn.tracking import FuzzySystem, Tracker
 from cairn.world import World, costmap, distance_to_occupied
 
 __all__ = [
+    "Decision",
     "Field",
     "FuzzySystem",
+
+
+    "Navigator",
     "Profile",
     "Tracker",
     "World",

@@ -1,8 +1,9 @@
 use serde::{Deserialize, Serialize};
 
+use super::caution::CautionConfig;
 use super::trap::TrapConfig;
 use crate::avoid::CvmConfig;
-use crate::locate::{MatchingConfig, OdometryConfig};
+use crate::locate::OdometryConfig;
 use crate::track::WaypointConfig;
 use crate::world::{CostmapConfig, MappingConfig};
 
@@ -26,8 +27,6 @@ pub struct NavigatorConfig {
     pub resolution_m: f64,
     /// How far around robot and goal a map is taken to reach when there is none \[m\].
     pub open_margin_m: f64,
-    /// Match ranges to the given map to correct the estimated pose.
-    pub match_map: bool,
     /// From a path to waypoints: close together is precise and slow, far apart is fast.
     pub waypoints: WaypointConfig,
     /// From occupancy to cost.
@@ -36,10 +35,10 @@ pub struct NavigatorConfig {
     pub mapping: MappingConfig,
     /// From wheels and gyroscope to a pose.
     pub odometry: OdometryConfig,
-    /// From ranges and the given map to corrections of that pose.
-    pub matching: MatchingConfig,
     /// The curvature velocity method.
     pub avoidance: CvmConfig,
+    /// How careful to be where nothing has been seen yet.
+    pub caution: CautionConfig,
     /// Circles and dead ends.
     pub trap: TrapConfig,
 }
@@ -55,13 +54,12 @@ impl Default for NavigatorConfig {
             fruitless_plans: 4,
             resolution_m: 0.05,
             open_margin_m: 4.0,
-            match_map: true,
             waypoints: WaypointConfig::default(),
             costmap: CostmapConfig::default(),
             mapping: MappingConfig::default(),
             odometry: OdometryConfig::default(),
-            matching: MatchingConfig::default(),
             avoidance: CvmConfig::default(),
+            caution: CautionConfig::default(),
             trap: TrapConfig::default(),
         }
     }
@@ -77,6 +75,7 @@ impl NavigatorConfig {
             ("escape_m", self.escape_m),
             ("resolution_m", self.resolution_m),
             ("open_margin_m", self.open_margin_m),
+            ("caution.creep_mps", self.caution.creep_mps),
             ("trap.region_radius_m", self.trap.region_radius_m),
             ("trap.loop_length_m", self.trap.loop_length_m),
             ("trap.progress_m", self.trap.progress_m),

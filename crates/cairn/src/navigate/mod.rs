@@ -1,5 +1,6 @@
 //! Modes and transitions, and the navigator that holds the parts together `[Maalouf06 §6]`.
 
+mod caution;
 mod config;
 mod navigator;
 mod planning;
@@ -8,6 +9,7 @@ mod strategy;
 mod trap;
 mod way;
 
+pub use caution::{Caution, CautionConfig};
 pub use config::NavigatorConfig;
 pub use navigator::{NavigateError, Navigator, TickInput};
 pub use planning::{Planner, Refusal, WorldField};

@@ -3,6 +3,7 @@
 use serde::Serialize;
 use thiserror::Error;
 
+use super::caution::{Caution, cautious};
 use super::config::NavigatorConfig;
 use super::planning::{Planner, Refusal, WorldField};
 use super::record::{Decision, PlanRecord, Story, Task, TaskStatus};
@@ -11,8 +12,8 @@ use super::trap::{TrapEvidence, TrapWatch};
 use super::way::{Look, WayAhead, first_free, look_ahead};
 use crate::avoid::{AvoidError, AvoidanceRecord, Cvm};
 use crate::geometry::{Point2, Pose2, Twist2};
-use crate::locate::{LocateError, MapMatcher, MatchReport, Odometry, WheelTravel};
-use crate::robot::{Footprint, RobotProfile};
+use crate::locate::{Odometry, OdometryError, WheelTravel};
+use crate::robot::{Footprint, Limits, RobotProfile};
 use crate::track::{TrackError, Tracker, TrackerConfig, TrackingRecord, Waypoints};
 use crate::world::{Grid, GridGeometry, MappingError, Occupancy, OccupancyGrid, OccupancyMap};
 
@@ -95,7 +96,7 @@ pub enum NavigateError {
     /// The odometry refused its part.
     #[error(transparent)]
     #[serde(untagged)]
-    Locate(#[from] LocateError),
+    Odometry(#[from] OdometryError),
     /// The mapper refused its part.
     #[error(transparent)]
     #[serde(untagged)]
@@ -118,7 +119,6 @@ pub struct Navigator {
     strategy: Strategy,
     odometry: Odometry,
     map: OccupancyMap,
-    matcher: Option<MapMatcher>,
     map_given: bool,
     pose_known: bool,
     tracker: Tracker,
@@ -139,6 +139,7 @@ pub struct Navigator {
     fruitless: u32,
     planned_at: Option<Point2>,
     last_plan: Option<PlanRecord>,
+    commanded: Twist2,
     tick: u64,
     time_s: f64,
 }
@@ -171,10 +172,6 @@ impl Navigator {
             Some(prior) => OccupancyMap::from_occupancy(&config.mapping, prior)?,
             None => OccupancyMap::new(&config.mapping, config.resolution_m)?,
         };
-        let matcher = match world {
-            Some(prior) if config.match_map => Some(MapMatcher::new(&config.matching, prior)?),
-            _ => None,
-        };
         let body = Footprint {
             length_m: profile.footprint.length_m + 2.0 * config.clearance_m,
             width_m: profile.footprint.width_m + 2.0 * config.clearance_m,
@@ -187,7 +184,6 @@ impl Navigator {
             body,
             strategy: Strategy::paper(),
             map,
-            matcher,
             map_given: world.is_some(),
             pose_known: start.is_some(),
             mode: Mode::Stop,
@@ -205,6 +201,7 @@ impl Navigator {
             fruitless: 0,
             planned_at: None,
             last_plan: None,
+            commanded: Twist2::ZERO,
             tick: 0,
             time_s: 0.0,
             profile,
@@ -258,10 +255,10 @@ impl Navigator {
         self.check(input)?;
         self.tick += 1;
         self.time_s += input.dt_s;
-        let matching = self.locate(input)?;
+        self.locate(input)?;
         let pose = self.odometry.pose();
         self.map.integrate(pose, &self.profile, input.ranges_m)?;
-        self.map.clear_footprint(pose, &self.profile.footprint);
+        self.map.clear_disc(pose.position(), self.profile.footprint.inscribed_radius_m());
 
         let mode_before = self.mode;
         let (event, percept) = self.perceive(input.dt_s);
@@ -273,9 +270,7 @@ impl Navigator {
         let mut avoidance: Option<AvoidanceRecord> = None;
         let measured = self.odometry.twist();
         let twist = match mode {
-            Mode::Stop | Mode::PathPlanning => {
-                self.profile.limits.reachable(measured, Twist2::ZERO, input.dt_s)
-            }
+            Mode::Stop | Mode::PathPlanning => braking(&self.profile.limits, self.commanded, input.dt_s),
             Mode::PathTracking => {
                 rewalked = self.rewalk_if_off_path(pose);
                 let record = self.tracker.step(pose, measured, input.dt_s);
@@ -284,12 +279,15 @@ impl Navigator {
                 twist
             }
             Mode::ObstacleAvoidance => {
-                let record = self.avoid(pose, measured, input.dt_s)?;
+                let record = self.avoid(pose, measured, input.dt_s);
                 let twist = record.twist;
                 avoidance = Some(record);
                 twist
             }
         };
+
+        let (twist, caution) = self.within_sight(pose, twist, input.dt_s);
+        self.commanded = twist;
 
         let waypoint_index = (!self.waypoints.is_empty()).then(|| self.tracker.index());
         let intermediate = if mode == Mode::ObstacleAvoidance { self.intermediate } else { None };
@@ -312,7 +310,6 @@ impl Navigator {
             pose,
             covariance: self.odometry.covariance(),
             measured,
-            matching,
             mode_before,
             event,
             mode,
@@ -329,6 +326,7 @@ impl Navigator {
             plan,
             tracking,
             avoidance,
+            caution,
             limits: self.profile.limits,
             twist,
         })
@@ -361,19 +359,13 @@ impl Navigator {
     }
 
     /// Encoders and gyroscope, then the given pose, or else the given map, correct the estimate.
-    fn locate(&mut self, input: &TickInput<'_>) -> Result<Option<MatchReport>, NavigateError> {
+    fn locate(&mut self, input: &TickInput<'_>) -> Result<(), NavigateError> {
         self.odometry.predict(input.wheels, input.gyro_radps, input.dt_s)?;
         if let Some(pose) = input.world_from_robot {
-            self.odometry.set_pose(pose);
+            self.odometry.set_pose(pose)?;
             self.pose_known = true;
-            return Ok(None);
         }
-        match &mut self.matcher {
-            Some(matcher) if self.pose_known => {
-                Ok(Some(matcher.correct(&mut self.odometry, &self.profile, input.ranges_m)))
-            }
-            _ => Ok(None),
-        }
+        Ok(())
     }
 
     /// Reduces what is known now to the event that matters most in this mode.
@@ -611,7 +603,7 @@ impl Navigator {
     }
 
     /// The curvature velocity method towards the intermediate goal, the goal, or straight on.
-    fn avoid(&mut self, pose: Pose2, measured: Twist2, dt_s: f64) -> Result<AvoidanceRecord, NavigateError> {
+    fn avoid(&mut self, pose: Pose2, measured: Twist2, dt_s: f64) -> AvoidanceRecord {
         let position = pose.position();
         let final_index = self.waypoints.len().saturating_sub(1);
         let (bearing_rad, distance_m) = match (self.intermediate, self.task) {
@@ -625,7 +617,18 @@ impl Navigator {
         let reach_m = self.config.avoidance.horizon_m + self.profile.footprint.circumscribed_radius_m();
         let obstacles: Vec<Point2> =
             self.map.occupied_near(position, reach_m).into_iter().map(|p| robot_from_world * p).collect();
-        Ok(self.cvm.choose(measured, bearing_rad, distance_m, &obstacles, dt_s)?)
+        self.cvm.choose(measured, bearing_rad, distance_m, &obstacles, dt_s)
+    }
+
+    /// `twist`, no faster than can be stopped inside what was seen.
+    fn within_sight(&self, pose: Pose2, twist: Twist2, dt_s: f64) -> (Twist2, Option<Caution>) {
+        let delay_s = self.profile.drive.latency_s + dt_s;
+        let Self { config, profile, map, .. } = self;
+        let geometry = map.geometry();
+        let is_seen = |point: Point2| {
+            geometry.cell_at(point).is_some_and(|c| map.classes()[geometry.index(c)] != Occupancy::Unknown)
+        };
+        cautious(&config.caution, &profile.limits, &profile.footprint, delay_s, is_seen, pose, twist)
     }
 
     /// Occupied now, near the robot, and not so when the plan was made.
@@ -734,6 +737,18 @@ impl Navigator {
     pub fn plan_count(&self) -> u32 {
         self.plan_count
     }
+}
+
+/// The next command on the way to rest: both speeds fall together, along one curvature, as fast as
+/// the slower one can.
+fn braking(limits: &Limits, commanded: Twist2, dt_s: f64) -> Twist2 {
+    let Twist2 { linear_mps, angular_radps } = commanded;
+    let left_s = (linear_mps.abs() / limits.linear_mps2).max(angular_radps.abs() / limits.angular_radps2);
+    if left_s <= dt_s {
+        return Twist2::ZERO;
+    }
+    let share = 1.0 - dt_s / left_s;
+    Twist2::new(linear_mps * share, angular_radps * share)
 }
 
 fn length_m(path: &[Point2]) -> f64 {

@@ -3,13 +3,13 @@
 
 use serde::Serialize;
 
+use super::caution::Caution;
 use super::planning::Refusal;
 use super::strategy::{Event, Mode, Reason};
 use super::trap::TrapEvidence;
 use super::way::WayAhead;
 use crate::avoid::AvoidanceRecord;
 use crate::geometry::{Point2, Pose2, Twist2};
-use crate::locate::MatchReport;
 use crate::robot::Limits;
 use crate::track::TrackingRecord;
 
@@ -75,8 +75,6 @@ pub struct Decision {
     pub covariance: [[f64; 3]; 3],
     /// Measured speeds.
     pub measured: Twist2,
-    /// What matching the ranges to the map did to the pose.
-    pub matching: Option<MatchReport>,
     /// Mode before this tick.
     pub mode_before: Mode,
     /// What was perceived.
@@ -109,6 +107,8 @@ pub struct Decision {
     pub tracking: Option<TrackingRecord>,
     /// The curvature velocity method's reasoning.
     pub avoidance: Option<AvoidanceRecord>,
+    /// The command was slowed because the robot does not see far enough.
+    pub caution: Option<Caution>,
     /// Limits in force.
     pub limits: Limits,
     /// The command.
