@@ -12,8 +12,6 @@ __all__ = [
     "Decision",
     "Field",
     "FuzzySystem",
-
-
     "Navigator",
     "Profile",
     "Tracker",

@@ -143,7 +143,6 @@ class Tracker:
     def look_ahead_system(self) -> FuzzySystem: ...
     def tracker_system(self) -> FuzzySystem: ...
 
-
 class SharedField:
     """A cost-to-go field laid over the world, to be shared between navigators."""
 

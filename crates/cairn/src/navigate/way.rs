@@ -103,7 +103,7 @@ mod tests {
     #[test]
     fn an_obstacle_on_the_third_waypoint_blocks_and_the_first_free_one_beyond_is_named() {
         let seen = look_ahead(Point2::new(0.0, 0.0), &straight(), 1, &[Point2::new(0.9, 0.05)], &LOOK);
-        assert_eq!(seen.blocked.unwrap().waypoint, 2);
+        assert_eq!(seen.blocked.unwrap().waypoint, 3);
         assert_eq!(seen.free_beyond, Some(5));
     }
 
