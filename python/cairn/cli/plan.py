@@ -46,7 +46,7 @@ def plan(
     if picture is not None:
         from cairn.view.picture import draw_plan
 
-        draw_plan(world, cost_to_go, goal_m, picture, start=start_m, path=path)
+        draw_plan(world, cost_to_go, goal_m, picture, start=start_m, way=path)
     length_m = None if path is None else float(np.hypot(*np.diff(path, axis=0).T).sum())
     reachable = int(np.isfinite(cost_to_go).sum())
     summary = {

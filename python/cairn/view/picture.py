@@ -1,0 +1,421 @@
+"""Pictures: a run on its map, and a field of a plan."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Polygon
+from matplotlib.transforms import Affine2D
+
+if TYPE_CHECKING:
+    from cairn.missions.result import Result, RobotResult, Transition
+    from cairn.world import World
+
+INK, PALE, PAPER = "#22303c", "#8a97a3", "#ffffff"
+FREE, OCCUPIED, UNKNOWN = "#fbfaf6", "#3d4a57", "#dcdedd"
+BOX = "#c8862b"
+MODES = {  # part of a mode's name → what a person calls it, and its colour
+    "track": ("tracking the path", "#0b7a75"),
+    "avoid": ("avoiding obstacles", "#d1495b"),
+    "plan": ("planning", "#7a4fbf"),
+    "stop": ("standing", "#22303c"),
+}
+OUTLINE_EVERY_M = 1.5
+NOTES_AT_MOST = 16
+DPI = 160
+
+
+@dataclass(frozen=True)
+class Note:
+    """Transitions of one place and moment, drawn under one number."""
+
+    number: int
+    transitions: list[Transition]
+
+    @property
+    def at(self) -> tuple[float, float]:
+        """Where, by truth [m, world frame]."""
+        return self.transitions[0].at
+
+    @property
+    def text(self) -> str:
+        """When, why, and from mode to mode, in one line."""
+        first = self.transitions[0]
+        modes = [first.before, *(transition.after for transition in self.transitions)]
+        # The last change says why it moves on; a stop on the way says what made it stop.
+        why = next((t for t in self.transitions if "stop" in t.after.lower()), first)
+        ways = " → ".join(mode.replace("_", " ").lower() for mode in modes)
+        return f"{first.time_s:.1f} s  {why.sentence.rstrip('.')}  ({ways})"
+
+
+def draw_run(result: Result, path: Path) -> Path:
+    """Draw a run: the map, what it does not show, the plans, the way driven by truth, and why.
+
+    Args:
+        result: of `cairn.missions.run`.
+        path: the picture to write, .png, .svg or .pdf.
+
+    Returns:
+        `path`.
+    """
+    known = result.map or result.world
+    notes = {robot.name: _notes(robot.transitions) for robot in result.robots}
+    lines = _note_lines(notes)
+    figure, axes, below = _page(result.world, len(lines))
+    _draw_world(axes, result.world if result.map is None else known)
+    if result.map is not None and result.map is not result.world:
+        _draw_world(axes, result.world, alpha=0.25)
+    for box in result.scenario.boxes:
+        corners = _rectangle((box.x_m, box.y_m, box.yaw_rad), box.length_m, box.width_m)
+        axes.add_patch(
+            Polygon(corners, facecolor="#f6e3c4", edgecolor=BOX, hatch="////", lw=0.9, zorder=3)
+        )
+    several = len(result.robots) > 1
+    for robot in result.robots:
+        _draw_robot(axes, result, robot, several)
+    for robot in result.robots:
+        _draw_notes(axes, notes[robot.name])
+    _scale_bar(axes, result.world)
+    _legend(axes, result)
+    _title(figure, axes, result)
+    _write_lines(below, lines)
+    return _save(figure, path)
+
+
+def draw_plan(
+    world: World,
+    cost_to_go: np.ndarray,
+    goal: tuple[float, float],
+    path: Path,
+    *,
+    start: tuple[float, float] | None = None,
+    way: np.ndarray | None = None,
+) -> Path:
+    """Draw a field: contours of the cost-to-go, and the way from one start.
+
+    Args:
+        world: what was planned on.
+        cost_to_go: (rows, cols), inf where there is no way.
+        goal: [m, world frame].
+        path: the picture to write.
+        start: of the way [m, world frame].
+        way: its points (n, 2) [m, world frame], or None where there is none.
+
+    Returns:
+        `path`.
+    """
+    figure, axes, _ = _page(world, 0)
+    _draw_world(axes, world)
+    finite = np.where(np.isfinite(cost_to_go), cost_to_go, np.nan)
+    if np.isfinite(finite).any():
+        top = float(np.nanmax(finite))
+        place = _world_from_pixels(world) + axes.transData
+        rows, cols = finite.shape
+        extent = (0.0, float(cols), 0.0, float(rows))
+        image = axes.imshow(
+            finite, origin="lower", extent=extent, cmap="YlGnBu_r", alpha=0.85, zorder=1.5,
+            interpolation="nearest", vmin=0.0, vmax=max(top, 1e-9),
+        )  # fmt: skip
+        image.set_transform(place)
+        if min(rows, cols) > 1 and top > 0:
+            x, y = _centres(world)
+            levels = np.linspace(0.0, top, 26)[1:-1]
+            axes.contour(x, y, finite, levels=levels, colors=PAPER, linewidths=0.6, zorder=2)
+        bar = figure.colorbar(image, ax=axes, fraction=0.03, pad=0.015)
+        bar.set_label("cost to go", color=INK)
+        bar.outline.set_visible(False)  # type: ignore[operator]
+    if way is not None:
+        axes.plot(*way.T, color=PAPER, lw=4.0, zorder=4, solid_capstyle="round")
+        axes.plot(*way.T, color="#d1495b", lw=2.0, zorder=4, solid_capstyle="round")
+    if start is not None:
+        _mark_start(axes, start)
+    _mark_goal(axes, goal, "goal", reached=True)
+    _frame(axes, world)
+    _scale_bar(axes, world)
+    axes.set_title(_plan_title(world, start, way), loc="left", color=INK, fontsize=12)
+    return _save(figure, path)
+
+
+# ---- the page ------------------------------------------------------------------------------------
+
+
+def _page(world: World, lines: int) -> tuple[Figure, Axes, Axes | None]:
+    x0, x1, y0, y1 = _view(world)
+    width = 12.0
+    map_height = min(max(width * (y1 - y0) / (x1 - x0), 3.0), 9.0)
+    columns = 2
+    notes_height = 0.19 * math.ceil(lines / columns) + 0.25 if lines else 0.0
+    height = map_height + notes_height + 1.5
+    figure = Figure(figsize=(width, height), facecolor=PAPER)
+    FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.02, (notes_height + 0.55) / height, 0.96, map_height / height))
+    below = None
+    if lines:
+        below = figure.add_axes((0.02, 0.12 / height, 0.96, notes_height / height))
+        below.set_axis_off()
+    _frame(axes, world)
+    return figure, axes, below
+
+
+def _frame(axes: Axes, world: World) -> None:
+    x0, x1, y0, y1 = _view(world)
+    axes.set_xlim(x0, x1)
+    axes.set_ylim(y0, y1)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+
+
+def _view(world: World) -> tuple[float, float, float, float]:
+    """Return the part of the world worth showing: all that is not unknown, and a margin."""
+    rows, cols = np.nonzero(np.asarray(world.occupancy) != 2)
+    if len(rows) == 0:
+        return world.extent
+    ends = np.array([[r, c] for r in (rows.min(), rows.max()) for c in (cols.min(), cols.max())])
+    points = world.point_of(ends)
+    margin = 0.02 * float(np.ptp(points, axis=0).max()) + world.resolution_m
+    (x0, y0), (x1, y1) = points.min(axis=0) - margin, points.max(axis=0) + margin
+    return float(x0), float(x1), float(y0), float(y1)
+
+
+def _title(figure: Figure, axes: Axes, result: Result) -> None:
+    summary = result.summary()
+    verdict = {0: "#0b7a75", 3: "#d1495b", 4: "#d1495b"}[result.exit_code]
+    top = 1.0 - 0.30 / figure.get_figheight()
+    step = 0.27 / figure.get_figheight()
+    figure.text(0.025, top, result.scenario.name, fontsize=17, fontweight="bold", color=INK)
+    name_width = 0.0118 * len(result.scenario.name) + 0.04
+    sentence = textwrap.shorten(result.sentence, 118, placeholder=" …")
+    figure.text(name_width, top, sentence, fontsize=11.5, color=verdict)
+    facts = [
+        f"{summary['time_s']:.0f} s",
+        f"{summary['path_length_m']:.1f} m driven",
+        f"{summary['contacts']} contacts",
+        f"clearance ≥ {summary['least_clearance_m']:.2f} m"
+        if summary["least_clearance_m"] is not None
+        else "nothing near",
+        f"{summary['plan_count']} plan{'s' if summary['plan_count'] != 1 else ''}",
+        f"pose by {result.scenario.pose}, off by {summary['drift_m']:.2f} m at the end",
+        f"seed {result.seed}",
+    ]
+    figure.text(0.025, top - step, "   ·   ".join(facts), fontsize=10, color=PALE)
+
+
+def _write_lines(axes: Axes | None, lines: list[str]) -> None:
+    if axes is None:
+        return
+    half = math.ceil(len(lines) / 2)
+    for column, part in enumerate((lines[:half], lines[half:])):
+        for row, line in enumerate(part):
+            axes.text(
+                0.5 * column, 1.0 - row / max(half, 1), line, transform=axes.transAxes,
+                fontsize=8.2, color=INK, va="top", ha="left",
+            )  # fmt: skip
+
+
+def _save(figure: Figure, path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=DPI, facecolor=PAPER)
+    return path
+
+
+# ---- what is on the map --------------------------------------------------------------------------
+
+
+def _world_from_pixels(world: World) -> Affine2D:
+    x, y, yaw = world.origin
+    return Affine2D().scale(world.resolution_m).rotate(yaw).translate(x, y)
+
+
+def _centres(world: World) -> tuple[np.ndarray, np.ndarray]:
+    points = world.point_of(np.stack(np.indices(world.shape), axis=-1))
+    return points[..., 0], points[..., 1]
+
+
+def _draw_world(axes: Axes, world: World, alpha: float = 1.0) -> None:
+    rows, cols = world.shape
+    image = axes.imshow(
+        np.asarray(world.occupancy), origin="lower", extent=(0.0, cols, 0.0, rows), vmin=0, vmax=2,
+        cmap=ListedColormap([FREE, OCCUPIED, UNKNOWN]), interpolation="nearest", alpha=alpha,
+    )  # fmt: skip
+    image.set_transform(_world_from_pixels(world) + axes.transData)
+    _frame(axes, world)
+
+
+def _draw_robot(axes: Axes, result: Result, robot: RobotResult, several: bool) -> None:
+    trace = robot.trace
+    truth, estimate = np.array(trace.truth), np.array(trace.estimate)
+    for number, plan in enumerate(trace.plans):
+        if len(plan) > 1:
+            label = "plan" if number == 0 else None
+            axes.plot(*plan.T, color="#3f6fb5", lw=0.9, ls=(0, (5, 3)), zorder=4, label=label)
+    if result.scenario.pose != "truth":
+        axes.plot(*estimate[:, :2].T, color=PALE, lw=1.0, alpha=0.75, zorder=4.5)
+    pieces = np.stack((truth[:-1, :2], truth[1:, :2]), axis=1)
+    jumps = np.hypot(*(pieces[:, 1] - pieces[:, 0]).T) > 0.3
+    colours = np.array([_mode(mode)[1] for mode in trace.mode[1:]])
+    axes.add_collection(
+        LineCollection(list(pieces[~jumps]), colors=list(colours[~jumps]), linewidths=2.4,
+                       zorder=5, capstyle="round")
+    )  # fmt: skip
+    for piece in pieces[jumps]:
+        axes.annotate("", xy=piece[1], xytext=piece[0], zorder=7,
+                      arrowprops={"arrowstyle": "->", "color": "#d1495b", "lw": 1.6})  # fmt: skip
+    _draw_outlines(axes, truth, trace.mode, result)
+    _mark_start(axes, (truth[0, 0], truth[0, 1]), robot.name if several else "start")
+    for number, goal in enumerate(robot.goals, start=1):
+        if goal.goal is not None:
+            name = goal.place or (f"goal {number}" if len(robot.goals) > 1 else "goal")
+            _mark_goal(axes, goal.goal, name.replace("_", " "), goal.outcome == "reached")
+
+
+def _draw_outlines(axes: Axes, truth: np.ndarray, modes: list[str], result: Result) -> None:
+    """Draw the robot's outline each time it has driven a stretch, and where it ended."""
+    length_m, width_m = _outline_of(result)
+    driven = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))])
+    marks = np.arange(0.0, driven[-1], OUTLINE_EVERY_M)
+    rows = [*np.searchsorted(driven, marks), len(truth) - 1]
+    for row in rows:
+        x, y, heading = truth[row]
+        colour = _mode(modes[row])[1]
+        corners = _rectangle((x, y, heading), length_m, width_m)
+        last = row == len(truth) - 1
+        axes.add_patch(
+            Polygon(corners, facecolor=colour if last else "none", edgecolor=colour,
+                    alpha=0.9 if last else 0.45, lw=1.2 if last else 0.7, zorder=6 if last else 4.8)
+        )  # fmt: skip
+        if last:
+            nose = np.array([math.cos(heading), math.sin(heading)]) * length_m / 2
+            axes.plot([x, x + nose[0]], [y, y + nose[1]], color=PAPER, lw=1.4, zorder=6.1)
+
+
+def _outline_of(result: Result) -> tuple[float, float]:
+    from cairn.profile import Profile
+
+    footprint = Profile.load(result.scenario.profile).footprint
+    return footprint.length_m, footprint.width_m
+
+
+def _draw_notes(axes: Axes, notes: list[Note]) -> None:
+    placed: list[tuple[float, float]] = []
+    x0, x1 = axes.get_xlim()
+    step = 0.017 * (x1 - x0)
+    for note in notes:
+        x, y = note.at[0] + 0.6 * step, note.at[1] + 0.8 * step
+        while any(math.dist((x, y), other) < step for other in placed):
+            x += 0.6 * step
+            y += 0.35 * step
+        placed.append((x, y))
+        axes.annotate(
+            str(note.number), xy=note.at, xytext=(x, y), fontsize=7.5, color=PAPER, ha="center",
+            va="center", zorder=9, fontweight="bold",
+            bbox={"boxstyle": "circle,pad=0.22", "fc": INK, "ec": PAPER, "lw": 0.8},
+            arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.6},
+        )  # fmt: skip
+
+
+def _mark_start(axes: Axes, at: tuple[float, float], name: str = "start") -> None:
+    axes.plot(*at, marker="o", ms=9, mfc=PAPER, mec=INK, mew=2.0, zorder=8)
+    _name(axes, at, name)
+
+
+def _mark_goal(axes: Axes, at: tuple[float, float], name: str, reached: bool) -> None:
+    colour = "#0b7a75" if reached else "#d1495b"
+    axes.plot(*at, marker="*" if reached else "X", ms=17 if reached else 11, mfc=colour, mec=PAPER,
+              mew=1.2, zorder=8)  # fmt: skip
+    _name(axes, at, name)
+
+
+def _name(axes: Axes, at: tuple[float, float], name: str) -> None:
+    axes.annotate(
+        name, xy=at, xytext=(0, -15), textcoords="offset points", fontsize=8.5, color=INK,
+        ha="center", va="center", zorder=10,
+        bbox={"boxstyle": "round,pad=0.2", "fc": PAPER, "ec": "none", "alpha": 0.8},
+    )  # fmt: skip
+
+
+def _scale_bar(axes: Axes, world: World) -> None:
+    x0, x1, y0, y1 = _view(world)
+    wanted = 0.15 * (x1 - x0)
+    length = max(
+        (m * 10.0**e for e in range(-2, 5) for m in (1, 2, 5) if m * 10.0**e <= wanted), default=1.0
+    )
+    right, y = x1 - 0.02 * (x1 - x0), y0 - 0.018 * (y1 - y0)
+    axes.plot([right - length, right], [y, y], color=INK, lw=2.5, clip_on=False, zorder=9,
+              solid_capstyle="butt")  # fmt: skip
+    axes.text(right - length - 0.01 * (x1 - x0), y, f"{length:g} m", ha="right", va="center",
+              fontsize=9, color=INK)  # fmt: skip
+
+
+def _legend(axes: Axes, result: Result) -> None:
+    seen = {_mode(mode) for robot in result.robots for mode in robot.trace.mode}
+    moving = [pair for pair in MODES.values() if pair in seen and pair != MODES["stop"]]
+    handles: list[Any] = [Line2D([], [], color=c, lw=2.6, label=name) for name, c in moving]
+    if any(len(plan) > 1 for robot in result.robots for plan in robot.trace.plans):
+        handles.append(Line2D([], [], color="#3f6fb5", lw=0.9, ls=(0, (5, 3)), label="plan"))
+    if result.scenario.pose != "truth":
+        handles.append(Line2D([], [], color=PALE, lw=1.0, label="where it believes it is"))
+    if result.scenario.boxes:
+        handles.append(Patch(fc="#f6e3c4", ec=BOX, hatch="////", label="not on the map"))
+    axes.legend(
+        handles=handles, loc="upper left", bbox_to_anchor=(0.0, -0.005), ncols=6, frameon=False,
+        fontsize=9, labelcolor=INK, handlelength=1.8, columnspacing=1.4, borderaxespad=0.2,
+    )  # fmt: skip
+
+
+# ---- small things --------------------------------------------------------------------------------
+
+
+def _notes(transitions: list[Transition]) -> list[Note]:
+    """Put transitions of one place and moment under one number; the first of a run is no news."""
+    groups: list[list[Transition]] = []
+    for transition in transitions:
+        last = groups[-1][-1] if groups else None
+        near = last is not None and math.dist(last.at, transition.at) < 0.15
+        if near and last is not None and transition.time_s - last.time_s < 3.0:
+            groups[-1].append(transition)
+        else:
+            groups.append([transition])
+    return [Note(number, group) for number, group in enumerate(groups, start=1)]
+
+
+def _note_lines(notes: dict[str, list[Note]]) -> list[str]:
+    lines = []
+    most = max(NOTES_AT_MOST // len(notes), 4)
+    for name, own in notes.items():
+        who = f"{name}  " if len(notes) > 1 else ""
+        for note in own[:most]:
+            lines.append(
+                textwrap.shorten(f"{note.number:2d}  {who}{note.text}", 112, placeholder=" …")
+            )
+        if len(own) > most:
+            lines.append(f"{len(own) - most} more in summary.json")
+    return lines
+
+
+def _mode(name: str) -> tuple[str, str]:
+    lower = name.lower()
+    return next((pair for part, pair in MODES.items() if part in lower), (name, "#555555"))
+
+
+def _plan_title(world: World, start: tuple[float, float] | None, way: np.ndarray | None) -> str:
+    if way is not None:
+        return f"{world.name}: {np.hypot(*np.diff(way, axis=0).T).sum():.2f} m to the goal"
+    return f"{world.name}: cost to go" if start is None else f"{world.name}: no way to the goal"
+
+
+def _rectangle(pose: tuple[float, float, float], length_m: float, width_m: float) -> np.ndarray:
+    x, y, heading = pose
+    half = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * (length_m / 2, width_m / 2)
+    c, s = math.cos(heading), math.sin(heading)
+    return half @ np.array([[c, s], [-s, c]]) + (x, y)
