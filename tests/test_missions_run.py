@@ -1,6 +1,7 @@
+import dataclasses
 import json
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -40,11 +41,15 @@ class StraightNavigator:
     plan_count: int = 0
     goal: tuple[float, float] | None = None
     exploring: bool = False
-    fields: list = field(default_factory=list)
+    given: list = dataclasses.field(default_factory=list)
+
+    @property
+    def field(self):
+        return None if self.goal is None else f"field to {self.goal}"
 
     def set_goal(self, goal, field=None):
-        self.goal, self.plan_count = goal, self.plan_count + 1
-        self.fields.append(field)
+        self.goal, self.plan_count = goal, self.plan_count + (field is None)
+        self.given.append(field)
 
     def explore(self):
         self.exploring = True
@@ -260,3 +265,21 @@ def test_an_unknown_place_is_refused_with_the_places_there_are():
 
     with pytest.raises(ScenarioPlaceUnknown, match="east, west"):
         point_of(Goal(place="north"), room())
+
+
+def test_robots_that_share_a_goal_share_the_field_of_the_first():
+    robots = [
+        {"name": "a", "start": {"place": "west"}, "goals": [{"x_m": 1.0, "y_m": 1.0}]},
+        {"name": "b", "start": {"x_m": 1.0, "y_m": 4.0}},
+    ]
+    made = []
+
+    def navigator():
+        made.append(StraightNavigator())
+        return made[-1]
+
+    changes = {"start": None, "robots": robots, "goals": [{"place": "east"}]}
+    result = run(mission(**changes), setting=in_room(navigator))
+    assert made[0].given == [None, None]
+    assert made[1].given == ["field to (4.5, 2.5)"]
+    assert [robot.plan_count for robot in result.robots] == [2, 0]

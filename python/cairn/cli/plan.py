@@ -25,6 +25,9 @@ def plan(
     goal: Annotated[str, typer.Option(help="X,Y in metres, or a place of the map.")],
     start: Annotated[str | None, typer.Option(help="X,Y in metres, or a place of the map.")] = None,
     out: Annotated[Path | None, typer.Option(help="Write the cost-to-go as .npy.")] = None,
+    robot: Annotated[
+        str | None, typer.Option(help="Keep this robot's outline clear of things, such as p3at.")
+    ] = None,
     picture: Annotated[Path | None, typer.Option(help="Draw contours and the path.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, nothing else.")] = False,
 ) -> None:
@@ -35,7 +38,8 @@ def plan(
     goal_m = _point(goal, world, "--goal")
     start_m = None if start is None else _point(start, world, "--start")
     began = time.perf_counter()
-    field = cairn.plan(world, goal=goal_m)
+    priced = world if robot is None else cairn.costmap(world, cairn.Profile.load(robot))
+    field = cairn.plan(priced, goal=goal_m)
     cost_to_go = field.cost_to_go
     took = time.perf_counter() - began
     path = None if start_m is None else field.path(start_m)

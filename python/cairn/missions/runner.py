@@ -24,9 +24,6 @@ TICK_S = 0.1
 REST_MPS, REST_RADPS = 0.02, 0.05  # by truth: below these a robot counts as standing
 REST_PATIENCE_S = 3.0
 
-_REACHED = {"reached", "arrived"}
-_REFUSED = {"refused", "unattainable", "unreachable"}
-
 
 @dataclass(frozen=True)
 class Tick:
@@ -99,7 +96,9 @@ class _Loop:
 
     def __init__(self, scenario: Scenario, setting: Setting, observers: list[Observer]) -> None:
         self.scenario, self.observers = scenario, observers
-        self.followers = [_Follower(agent, scenario, setting) for agent in setting.agents]
+        leader = _Follower(setting.agents[0], scenario, setting, None)
+        others = [_Follower(agent, scenario, setting, leader) for agent in setting.agents[1:]]
+        self.followers = [leader, *others]
         self.events = list(scenario.events)
         self.ticks = 0
         self.deciding_s = self.slowest_s = 0.0
@@ -173,10 +172,17 @@ class _Under:
 
 
 class _Follower:
-    """Takes one robot through its tasks and keeps account of it."""
+    """Takes one robot through its tasks and keeps account of it.
 
-    def __init__(self, agent: Agent, scenario: Scenario, setting: Setting) -> None:
+    The first robot leads: the field it plans to a goal serves the others that share the goal.
+    """
+
+    def __init__(
+        self, agent: Agent, scenario: Scenario, setting: Setting, leader: _Follower | None
+    ) -> None:
         self.agent, self.scenario, self.setting = agent, scenario, setting
+        self.leader = leader
+        self.fields: dict[tuple[float, float], Any] = {}  # planned by this robot, by goal
         self.waiting: list[Goal | NewGoal] = list(agent.tasks)
         self.under: _Under | None = None
         self.goals: list[GoalResult] = []
@@ -199,7 +205,7 @@ class _Follower:
         if self.last is not None:
             self.driven_m += math.dist(truth[:2], self.last[:2])
         self.last = truth
-        if self.under is None and self.waiting:
+        if self.under is None and self.waiting and self._may_begin():
             self._take(self.waiting.pop(0), time_s)
         readings = robot.sense()
         decision = navigator.step(
@@ -210,6 +216,7 @@ class _Follower:
             world_from_robot=truth if self.scenario.pose == "truth" else None,
         )
         robot.command(decision.twist)
+        self._offer_field()
         clearance_m = min([float(robot.clearance_m), *self.apart_m.values()])
         self._keep(time_s, truth, decision, clearance_m)
         tick = self._tick(time_s, truth, decision, clearance_m)
@@ -266,7 +273,24 @@ class _Follower:
         if goal is None:
             navigator.explore()
         else:
-            navigator.set_goal(goal, field=self.setting.shared_field(goal))
+            navigator.set_goal(goal, field=self.leader.fields.get(goal) if self.leader else None)
+
+    def _may_begin(self) -> bool:
+        """Whether the field of a shared goal is there, or will never be."""
+        task, number = self.waiting[0], len(self.goals)
+        if self.leader is None or number >= len(self.scenario.goals):
+            return True
+        exploring = isinstance(task, Goal) and task.explore_s is not None
+        goal = None if exploring else self.setting.point_of(task)
+        return goal is None or goal in self.leader.fields or len(self.leader.goals) > number
+
+    def _offer_field(self) -> None:
+        """Keep the first field planned to the goal under way, for the others."""
+        under, navigator = self.under, self.agent.navigator
+        if under is None or under.goal is None or under.goal in self.fields:
+            return
+        if navigator.plan_count > under.plans_at_start and navigator.field is not None:
+            self.fields[under.goal] = navigator.field
 
     def _judge(self, time_s: float, truth: Pose, decision: Any) -> None:
         """Close the task under way once the robot says it is over and stands still."""
@@ -287,10 +311,11 @@ class _Follower:
             self.agent.navigator.cancel()
             self._end_soon(outcomes.EXPLORED, f"explored for {under.explore_s:g} s", time_s)
             return
-        status = str(decision.goal_status).lower()
-        if status in _REACHED and under.goal is not None:
+        if decision.goal_status == "reached" and under.goal is None:
+            self._end_soon(outcomes.EXPLORED, "nothing left to explore", time_s)
+        elif decision.goal_status == "reached":
             self._end_soon(outcomes.REACHED, "", time_s)
-        elif status in _REFUSED:
+        elif decision.goal_status == "refused":
             self._end_soon(outcomes.REFUSED, str(decision.sentence), time_s)
 
     def _end_soon(self, outcome: str, sentence: str, time_s: float) -> None:

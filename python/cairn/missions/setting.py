@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,16 +32,11 @@ class Agent:
 
 @dataclass
 class Setting:
-    """What a run plays in.
-
-    `shared_field(goal)` gives one field for all the robots that drive to a goal, or None where
-    each plans for itself.
-    """
+    """What a run plays in: what stands there, what the robots know of it, and the robots."""
 
     world: World
     known: World | None
     agents: list[Agent]
-    shared_field: Callable[[tuple[float, float]], Any] = lambda goal: None
 
     def point_of(self, where: Start | Goal | NewGoal) -> tuple[float, float]:
         """Return the point [m, world frame] a scenario means."""
@@ -75,12 +69,7 @@ def build(scenario: Scenario, seed: int) -> Setting:
         robot = kind(profile, scene, start, seed=own_seed, noise=noise)
         navigator = cairn.Navigator(profile, known, start=start, config=scenario.navigator or None)
         agents.append(Agent(entry.name, robot, navigator, [*scenario.goals, *entry.goals]))
-    return Setting(world, known, agents, _sharing(agents))
-
-
-def _sharing(agents: list[Agent]) -> Callable[[tuple[float, float]], Any]:
-    """Several robots: the first one's navigator plans, the others take its field."""
-    return lambda goal: None
+    return Setting(world, known, agents)
 
 
 def _box(box: Box) -> robots.Box:

@@ -115,24 +115,25 @@ def draw_plan(
     Returns:
         `path`.
     """
-    figure, axes, _ = _page(world, 0)
+    figure, axes, _ = _page(world, 0, bar=True)
     _draw_world(axes, world)
     finite = np.where(np.isfinite(cost_to_go), cost_to_go, np.nan)
     if np.isfinite(finite).any():
         top = float(np.nanmax(finite))
-        place = _world_from_pixels(world) + axes.transData
         rows, cols = finite.shape
         extent = (0.0, float(cols), 0.0, float(rows))
         image = axes.imshow(
             finite, origin="lower", extent=extent, cmap="YlGnBu_r", alpha=0.85, zorder=1.5,
             interpolation="nearest", vmin=0.0, vmax=max(top, 1e-9),
         )  # fmt: skip
-        image.set_transform(place)
+        image.set_transform(_world_from_pixels(world) + axes.transData)
         if min(rows, cols) > 1 and top > 0:
             x, y = _centres(world)
             levels = np.linspace(0.0, top, 26)[1:-1]
             axes.contour(x, y, finite, levels=levels, colors=PAPER, linewidths=0.6, zorder=2)
-        bar = figure.colorbar(image, ax=axes, fraction=0.03, pad=0.015)
+        place = axes.get_position()
+        beside = figure.add_axes((place.x1 + 0.015, place.y0, 0.016, place.height))
+        bar = figure.colorbar(image, cax=beside)
         bar.set_label("cost to go", color=INK)
         bar.outline.set_visible(False)  # type: ignore[operator]
     if way is not None:
@@ -150,16 +151,17 @@ def draw_plan(
 # ---- the page ------------------------------------------------------------------------------------
 
 
-def _page(world: World, lines: int) -> tuple[Figure, Axes, Axes | None]:
+def _page(world: World, lines: int, *, bar: bool = False) -> tuple[Figure, Axes, Axes | None]:
     x0, x1, y0, y1 = _view(world)
-    width = 12.0
-    map_height = min(max(width * (y1 - y0) / (x1 - x0), 3.0), 9.0)
+    width, right = 12.0, 0.90 if bar else 0.98
+    map_height = min(max(width * (right - 0.02) * (y1 - y0) / (x1 - x0), 3.0), 9.0)
     columns = 2
     notes_height = 0.19 * math.ceil(lines / columns) + 0.25 if lines else 0.0
-    height = map_height + notes_height + 1.5
+    height = map_height + notes_height + (1.15 if bar else 1.5)
     figure = Figure(figsize=(width, height), facecolor=PAPER)
     FigureCanvasAgg(figure)
-    axes = figure.add_axes((0.02, (notes_height + 0.55) / height, 0.96, map_height / height))
+    bottom = (notes_height + 0.6) / height
+    axes = figure.add_axes((0.02, bottom, right - 0.02, map_height / height))
     below = None
     if lines:
         below = figure.add_axes((0.02, 0.12 / height, 0.96, notes_height / height))
