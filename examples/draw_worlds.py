@@ -6,6 +6,7 @@ Metres, x right, y up. Walls and furniture are drawn on the grid's lines, so doo
 
 import sys
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -279,10 +280,159 @@ def office_north(d):
     d.boxes((31.15, 19.4, 31.85, 23.8), (35.1, 18.6, 35.8, 23.8), (33.1, 21.2, 33.9, 22.6))
 
 
+# ---- smaller worlds ------------------------------------------------------------------------------
+
+
+def walled(width, height):
+    """An empty room with walls of 0.15 m about (0, 0) .. (width, height)."""
+    d = Drawing((-0.15, -0.15), (width + 0.15, height + 0.15))
+    d.cells[:] = OCCUPIED
+    d.box(0, 0, width, height, FREE)
+    return d
+
+
+def room(folder):
+    """8 × 6 m with a few boxes: for quick tests."""
+    d = walled(8, 6)
+    d.boxes((3.0, 0.0, 3.4, 2.4), (4.6, 3.6, 5.0, 6.0), (6.2, 1.4, 7.0, 2.2))
+    d.disc(1.6, 4.4, 0.3)
+    goals = {
+        "start": (1.0, 1.0, 0.0),
+        "middle": (4.0, 3.0),
+        "goal": (7.0, 5.0),
+        "corner": (7.2, 0.7),
+        "north west": (0.8, 5.3),
+    }
+    d.save("room", goals, folder)
+
+
+def hall(folder):
+    """12 × 12 m with nothing in it."""
+    goals = {
+        "centre": (6.0, 6.0, 0.0),
+        "south west": (1.5, 1.5, 0.7854),
+        "south east": (10.5, 1.5, 2.3562),
+        "north east": (10.5, 10.5, -2.3562),
+        "north west": (1.5, 10.5, -0.7854),
+    }
+    walled(12, 12).save("hall", goals, folder)
+
+
+def dead_end(folder):
+    """14 × 10 m: between start and goal a bay that opens towards the start."""
+    d = walled(14, 10)
+    d.boxes((5.5, 2.6, 9.2, 2.8), (5.5, 7.0, 9.2, 7.2), (9.0, 2.6, 9.2, 7.2))
+    d.boxes((11.2, 0.0, 11.5, 1.6), (2.6, 8.4, 3.4, 9.2))
+    goals = {
+        "start": (2.0, 4.9, 0.0),
+        "bay": (7.6, 4.9, 0.0),
+        "goal": (12.2, 4.9, 0.0),
+        "south": (7.0, 1.2, 0.0),
+        "north": (7.0, 8.6, 0.0),
+    }
+    d.save("dead_end", goals, folder)
+
+
+def labyrinth(folder):
+    """15 × 15 m, passages of 1.5 m, one way and no other between any two places."""
+    n, pitch, wall = 9, 1.65, 0.15
+    d = walled(n * pitch - wall, n * pitch - wall)
+    d.box(0, 0, n * pitch - wall, n * pitch - wall)
+
+    def corner(cell):
+        return cell[0] * pitch, cell[1] * pitch
+
+    # A depth-first walk that carves passages, its choices from a small generator of its own.
+    state = 206
+
+    def pick(count):
+        nonlocal state
+        state = (1103515245 * state + 12345) % 2**31
+        return (state >> 16) % count
+
+    seen, trail = {(0, 0)}, [(0, 0)]
+    while trail:
+        i, j = trail[-1]
+        x, y = corner((i, j))
+        d.box(x, y, x + pitch - wall, y + pitch - wall, FREE)
+        ways = [(i + 1, j), (i, j + 1), (i - 1, j), (i, j - 1)]
+        ways = [(a, b) for a, b in ways if 0 <= a < n and 0 <= b < n and (a, b) not in seen]
+        if not ways:
+            trail.pop()
+            continue
+        there = ways[pick(len(ways))]
+        seen.add(there)
+        trail.append(there)
+        (x0, y0), (x1, y1) = corner(min((i, j), there)), corner(max((i, j), there))
+        d.box(x0, y0, x1 + pitch - wall, y1 + pitch - wall, FREE)
+
+    def middle(i, j):
+        return i * pitch + 0.75, j * pitch + 0.75
+
+    goals = {
+        "start": (*middle(0, 0), np.pi / 2),
+        "goal": middle(n - 1, n - 1),
+        "north west": middle(0, n - 1),
+        "south east": middle(n - 1, 0),
+        "heart": middle(n // 2, n // 2),
+    }
+    goals = {name: tuple(round(float(v), 4) for v in place) for name, place in goals.items()}
+    d.save("labyrinth", goals, folder)
+
+
+def warehouse(folder):
+    """20 × 14 m in ARIA's format: racks, aisles of 2 m, an office, forbidden stairs."""
+    lines = []
+
+    def chain(*corners):
+        lines.extend((*a, *b) for a, b in pairwise(corners))
+
+    chain((0, 0), (20, 0), (20, 14), (0, 14), (0, 0))
+    for x in (4.0, 7.0, 10.0, 13.0):
+        for y0, y1 in ((2.8, 6.0), (7.6, 10.8)):
+            chain((x, y0), (x + 1, y0), (x + 1, y1), (x, y1), (x, y0))
+    chain((16.5, 0), (16.5, 1.45))  # the office, door in its west wall
+    chain((16.5, 2.55), (16.5, 4.5), (20, 4.5))
+    chain((18.6, 0), (18.6, 0.8), (20, 0.8))
+    chain((0, 12.6), (1.2, 12.6), (1.2, 14))
+    chain((15.4, 14), (15.4, 12.2), (15.6, 12.2), (15.6, 14))  # loading bays
+    chain((17.6, 14), (17.6, 12.2), (17.8, 12.2), (17.8, 14))
+    angles = np.arange(0, 2 * np.pi, 0.1)
+    points = [(17.0 + 0.25 * np.cos(a), 8.0 + 0.25 * np.sin(a)) for a in angles]
+    goals = [
+        ("GoalWithHeading", 2.0, 7.0, 0.0, "gate"),
+        ("Goal", 6.0, 4.4, 0.0, "aisle 1"),
+        ("Goal", 9.0, 9.2, 0.0, "aisle 2"),
+        ("Goal", 12.0, 4.4, 0.0, "aisle 3"),
+        ("GoalWithHeading", 16.5, 12.9, 90.0, "bay 1"),
+        ("GoalWithHeading", 18.8, 12.9, 90.0, "bay 2"),
+        ("Goal", 18.0, 2.4, 0.0, "office"),
+        ("RobotHome", 1.2, 1.2, 0.0, "home"),
+    ]
+
+    def mm(*values):
+        return " ".join(f"{round(v * 1000)}" for v in values)
+
+    def bounds(prefix, corners):
+        (x0, y0), (x1, y1) = np.min(corners, axis=0), np.max(corners, axis=0)
+        return [f"{prefix}MinPos: {mm(x0, y0)}", f"{prefix}MaxPos: {mm(x1, y1)}"]
+
+    text = ["2D-Map"]
+    text += bounds("Line", [line[:2] for line in lines] + [line[2:] for line in lines])
+    text += [f"NumLines: {len(lines)}", *bounds("", points), f"NumPoints: {len(points)}"]
+    text += ["PointsAreSorted: false", "LinesAreSorted: false", "Resolution: 20"]
+    for kind, x, y, degrees, name in goals:
+        text.append(f'Cairn: {kind} {mm(x, y)} {degrees:.6f} "" ICON "{name}"')
+    text.append(f'Cairn: ForbiddenArea 0 0 0.000000 "" ICON "stairs" {mm(18.6, 6.4, 20.0, 9.6)}')
+    text.append(f'Cairn: ForbiddenLine 0 0 0.000000 "" ICON "ramp" {mm(0.0, 10.8, 1.2, 10.8)}')
+    text += ["LINES", *(mm(*line) for line in lines), "DATA", *(mm(*p) for p in points)]
+    (folder / "warehouse.map").write_text("\n".join(text) + "\n", encoding="utf-8")
+
+
 def main():
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else WORLDS
     folder.mkdir(parents=True, exist_ok=True)
-    for draw in (office,):
+    for draw in (office, room, hall, dead_end, labyrinth, warehouse):
         draw(folder)
 
 

@@ -59,7 +59,7 @@ def load(path: str | Path) -> World:
     else:
         known = (p > occupied) | (p < free) | ((mode == "scale") & opaque)
         span = max(occupied - free, np.finfo(float).tiny)
-        percent = np.clip(np.rint(99.0 * (p - free) / span), 0, 99)
+        percent = np.clip(99.0 * (p - free) / span, 0.0, 99.0)
         percent = np.where(p > occupied, 100, np.where(p < free, 0, percent))
         if mode == "scale":
             known &= opaque
