@@ -378,7 +378,15 @@ fn identity() -> Cov4 {
 }
 
 fn multiply(a: &Cov4, b: &Cov4) -> Cov4 {
-    std::array::from_fn(|i| std::array::from_fn(|j| (0..4).map(|k| a[i][k] * b[k][j]).sum()))
+    let mut c = [[0.0; 4]; 4];
+    for (row, out) in a.iter().zip(&mut c) {
+        for (v, other) in row.iter().zip(b) {
+            for j in 0..4 {
+                out[j] += v * other[j];
+            }
+        }
+    }
+    c
 }
 
 fn transpose(a: &Cov4) -> Cov4 {

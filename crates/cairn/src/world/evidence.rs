@@ -232,7 +232,8 @@ impl OccupancyMap {
             let far = 1.0 - 0.5 * (cell.distance_m / reach_m) * (cell.distance_m / 3.0).min(1.0);
             let mut step = strength as f32 * edge * far;
             if self.class[i] == Occupancy::Occupied {
-                step *= cell.echo.max(0.02);
+                // Where an answer was due, silence says as much as a longer range.
+                step = c.sonar_free as f32 * edge * far * (cell.echo * cell.echo).max(0.01);
                 if self.is_prior_wall(i) {
                     step *= c.prior_erosion as f32;
                 }

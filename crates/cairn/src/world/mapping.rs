@@ -147,6 +147,11 @@ impl MappingConfig {
         let inf = f64::INFINITY;
         let checks = [
             ("resolution_m", resolution_m, 1e-3, 10.0),
+            ("occupied_above", self.occupied_above, 0.0, 30.0),
+            ("free_below", self.free_below, -30.0, 0.0),
+            ("ceiling", self.ceiling, self.occupied_above, 30.0),
+            ("floor", self.floor, -30.0, self.free_below),
+            ("released_below", self.released_below, self.free_below, self.occupied_above),
             ("sonar_hit", self.sonar_hit, 0.0, inf),
             ("sonar_hit_spread", self.sonar_hit_spread, 1.0, inf),
             ("sonar_free", self.sonar_free, 0.0, inf),
@@ -163,11 +168,6 @@ impl MappingConfig {
             ("prior_occupied", self.prior_occupied, self.occupied_above, 30.0),
             ("prior_free", self.prior_free, self.floor, self.occupied_above),
             ("prior_erosion", self.prior_erosion, 0.0, 1.0),
-            ("ceiling", self.ceiling, self.occupied_above, 30.0),
-            ("floor", self.floor, -30.0, self.free_below),
-            ("occupied_above", self.occupied_above, 0.0, 30.0),
-            ("released_below", self.released_below, self.free_below, self.occupied_above),
-            ("free_below", self.free_below, -30.0, 0.0),
         ];
         for (key, value, least, most) in checks {
             if !(value.is_finite() && least <= value && value <= most) {

@@ -186,9 +186,9 @@ mod tests {
     fn a_wall_straight_ahead_answers_and_the_same_wall_at_fifty_degrees_does_not() {
         for thick in [1, 2, 4, 9] {
             let g = wall_at_x(4.0, thick);
-            let ahead = sonar_range(&g, Pose2::new(2.0, 3.02, 0.0), 0.5236, 5.0);
+            let ahead = sonar_range(&g, Pose2::new(2.0, 3.02, 0.0), std::f64::consts::FRAC_PI_6, 5.0);
             assert!((ahead - 2.0).abs() < 1e-9, "{thick} cells thick: {ahead}");
-            let oblique = sonar_range(&g, Pose2::new(2.0, 3.02, 0.87), 0.5236 / 3.0, 5.0);
+            let oblique = sonar_range(&g, Pose2::new(2.0, 3.02, 0.87), 0.17, 5.0);
             assert_eq!(oblique, f64::INFINITY, "{thick} cells thick");
         }
     }
@@ -199,9 +199,9 @@ mod tests {
         let post = g.geometry.index(Cell::new(60, 60));
         g.values[post] = true;
         for k in 0..12 {
-            let heading = k as f64 * 0.5236;
+            let heading = k as f64 * std::f64::consts::FRAC_PI_6;
             let from = Pose2::new(3.025 - 1.5 * heading.cos(), 3.025 - 1.5 * heading.sin(), heading);
-            let range = sonar_range(&g, from, 0.5236, 5.0);
+            let range = sonar_range(&g, from, std::f64::consts::FRAC_PI_6, 5.0);
             assert!((range - 1.48).abs() < 0.05, "from {heading} rad: {range}");
         }
     }
