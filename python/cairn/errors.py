@@ -257,12 +257,10 @@ class NoiseFactorOutOfRange(CairnError):
 class StandsInObstacle(CairnError):
     """A robot was put where something already stands."""
 
-
-# ---- mapping -------------------------------------------------------------------------------------
-
-
-class MappingValueOutOfRange(CairnError):
-    """A setting of the map cannot be."""
+    x_m: float
+    y_m: float
+    heading_rad: float
+    obstacle: str
 
 
 # ---- avoidance -----------------------------------------------------------------------------------
@@ -275,15 +273,6 @@ class AvoidanceValueOutOfRange(CairnError):
     value: float
     least: float
     most: float
-
-
-class MappingPoseNotFinite(CairnError):
-    """The pose given with the readings holds NaN or infinity."""
-
-    x_m: float
-    y_m: float
-    heading_rad: float
-    obstacle: str
 
 
 class BoxOutOfRange(CairnError):
@@ -443,10 +432,6 @@ class NoLevels(CairnError):
     """The layered solution graph was given no level."""
 
 
-class MappingRangeCount(CairnError):
-    """The array of ranges does not have one reading for each sensor of the profile."""
-
-
 # ---- navigating ----------------------------------------------------------------------------------
 
 
@@ -455,39 +440,6 @@ class RangeCountWrong(CairnError):
 
     given: int
     expected: int
-
-
-class MappingRangeNegative(CairnError):
-    """A range is below zero."""
-
-    index: int
-    range_m: float
-
-
-class MappingTooLarge(CairnError):
-    """The map would grow beyond what the settings allow."""
-
-    rows: int
-    cols: int
-    most: int
-
-
-# ---- odometry ------------------------------------------------------------------------------------
-
-
-class OdometryValueOutOfRange(CairnError):
-    """A setting of the odometry, or a tick's length, cannot be."""
-
-    key: str
-    value: float
-    least: float
-
-
-class OdometryInputNotFinite(CairnError):
-    """A measurement given to the odometry is NaN or infinite."""
-
-    name: str
-    value: float
 
 
 class AvoidanceWeightsNotOne(CairnError):
@@ -783,3 +735,82 @@ class ControllerNotFound(CairnError):
 
     controller: str
     known: list[str]
+
+
+# ---- mapping, odometry, matching -----------------------------------------------------------------
+
+
+class MappingValueOutOfRange(CairnError):
+    """A setting of the map cannot be."""
+
+    key: str
+    value: float
+    least: float
+    most: float
+
+
+class MappingPoseNotFinite(CairnError):
+    """The pose given with the readings holds NaN or infinity."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+class MappingRangeCount(CairnError):
+    """The array of ranges does not have one reading for each sensor of the profile."""
+
+    given: int
+    expected: int
+
+
+class MappingRangeNegative(CairnError):
+    """A range is below zero."""
+
+    index: int
+    range_m: float
+
+
+class MappingTooLarge(CairnError):
+    """The map would grow beyond what the settings allow."""
+
+    rows: int
+    cols: int
+    most: int
+
+
+class RaysShapeMismatch(CairnError):
+    """Points, directions and ranges of a ray cast are not (n, 2), (n,) and positive."""
+
+    what: str
+    shape: tuple[int, ...]
+
+
+class OdometryValueOutOfRange(CairnError):
+    """A setting of the odometry, or a tick's length, cannot be."""
+
+    key: str
+    value: float
+    least: float
+
+
+class OdometryInputNotFinite(CairnError):
+    """A measurement given to the odometry is NaN or infinite."""
+
+    name: str
+    value: float
+
+
+class MatchingValueOutOfRange(CairnError):
+    """A setting of the map matcher cannot be."""
+
+    key: str
+    value: float
+    least: float
+
+
+class MatchingRangeCount(CairnError):
+    """The array of ranges is shorter than the profile's list of sonars."""
+
+    given: int
+    expected: int
