@@ -10,7 +10,9 @@ pub fn p3at() -> RobotProfile {
     let text = include_str!("../../../../python/cairn/data/profiles/p3at.toml");
     let mut table: toml::Table = text.parse().expect("the shipped profile is TOML");
     table.retain(|key, _| {
-        ["name", "footprint", "limits", "drive", "sonars", "lidar"].iter().any(|known| key == known)
+        ["name", "footprint", "limits", "drive", "sonars", "lidar"]
+            .iter()
+            .any(|known| key.as_bytes() == known.as_bytes())
     });
     table.try_into().expect("the shipped profile is a profile")
 }
