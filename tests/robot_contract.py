@@ -101,7 +101,7 @@ class RobotContract:
         assert [c.name for c in robot.contacts] == ["crate"]
         assert robot.truth.x == pytest.approx(1.75 - P3AT.footprint.length_m / 2, abs=0.01)
         assert robot.clearance_m < 0.01
-        drive(robot, (-0.3, 0.0), 2.0)
+        drive(robot, (-0.3, 0.0), 5.0)
         assert robot.clearance_m > 0.05
         assert len(robot.contacts) == 1
 

@@ -296,6 +296,10 @@ class CommandNotFinite(CairnError):
     angular_radps: float
 
 
+class SimulationNotInstalled(CairnError):
+    """The physics engine is an extra that is not installed."""
+
+
 class CellCostNegative(CairnError):
     """A cell cost is below zero."""
 

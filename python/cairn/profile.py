@@ -87,10 +87,10 @@ class Physics(_Table):
     wheel_mass_kg: Positive = Field(description="of each of the four wheels")
     wheelbase_m: Positive = Field(description="between the axles")
     track_m: Positive = Field(description="between the wheels' middle planes")
-    friction: Positive = Field(description="Coulomb friction of tyre on floor")
-    wheel_friction_lateral: Positive = Field(description="the same, along the axle")
+    friction: Positive = Field(description="of tyre on floor, along the wheel")
+    friction_lateral: Positive = Field(description="the same, along the axle")
+    friction_creep_mps: Positive = Field(description="sliding at which grip is 1/√2 of full")
     servo_gain: Positive = Field(description="torque per wheel speed error [N·m·s/rad]")
-    servo_torque_nm: Positive = Field(description="greatest torque of one wheel's drive")
     sonar_height_m: Positive = Field(description="of the transducers over the floor")
 
 
