@@ -2,6 +2,14 @@
 
 from cairn import errors, maps
 from cairn._brain import __version__
+from cairn.graphs import (
+    GraphField,
+    LayeredResult,
+    graph_from_edges,
+    grid_graph,
+    plan_graph,
+    plan_layered,
+)
 from cairn.navigator import Decision, Navigator
 from cairn.planning import Field, plan, plan_grid
 from cairn.profile import Profile
@@ -12,6 +20,8 @@ __all__ = [
     "Decision",
     "Field",
     "FuzzySystem",
+    "GraphField",
+    "LayeredResult",
     "Navigator",
     "Profile",
     "Tracker",
@@ -20,7 +30,11 @@ __all__ = [
     "costmap",
     "distance_to_occupied",
     "errors",
+    "graph_from_edges",
+    "grid_graph",
     "maps",
     "plan",
+    "plan_graph",
     "plan_grid",
+    "plan_layered",
 ]

@@ -218,3 +218,38 @@ class Navigator:
 
 def transitions() -> list[tuple[str, str, str, str]]:
     """Every transition of the four modes: (mode, event, next mode, reason)."""
+
+Links = NDArray[np.int64] | NDArray[np.uint64] | NDArray[np.float32] | NDArray[np.float64]
+
+def plan_graph(
+    indptr: NDArray[np.int64], indices: NDArray[np.int64], costs: Links, goals: list[int]
+) -> tuple[NDArray[Any], NDArray[np.int64]]:
+    """Cost-to-go in its own type and next node or -1 of every node, by Dijkstra's algorithm."""
+
+def plan_layered(
+    indptr: NDArray[np.int64],
+    indices: NDArray[np.int64],
+    costs: Links,
+    goals: list[int],
+    engine: str,
+    max_levels: int | None,
+    early_stop: bool,
+    record_sequence: bool,
+    record_walks: bool,
+) -> dict[str, Any]:
+    """Run the layered planner of the paper; the fields of `LayeredResult` by name."""
+
+def graph_of_free(
+    free: NDArray[np.bool_], corner_cutting: bool, paper_steps: bool
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint32]]:
+    """Return the links of a bool grid as CSR arrays."""
+
+def graph_of_costs_f32(
+    costs: NDArray[np.float32], corner_cutting: bool
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float32]]:
+    """Return the links of a float32 cost grid as CSR arrays."""
+
+def graph_of_costs_f64(
+    costs: NDArray[np.float64], corner_cutting: bool
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """Return the links of a float64 cost grid as CSR arrays."""

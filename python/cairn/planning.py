@@ -157,6 +157,7 @@ def plan(
         GoalBlocked: a goal lies in a cell that cannot be entered.
         CairnError: whatever `plan_grid` refuses.
     """
+    checked_choice("unknown", unknown, ("blocked", "free"))
     points = _points(goal)
     occupancy = np.asarray(world.occupancy)
     costs = getattr(world, "costs", None)
@@ -167,7 +168,7 @@ def plan(
         grid = np.asarray(costs)
     x, y, yaw = (float(value) for value in world.origin)
     place = (float(world.resolution_m), (x, y, yaw))
-    rows, cols = _two_dimensional(grid).shape
+    rows, cols = two_dimensional(grid).shape
     cells = _brain.goal_cells(points, rows, cols, place) if grid.size else []
     brain = _solve(grid, cells, place, corner_cutting, precision, "985/1393", threads)
     return Field(brain, place[0], points)
@@ -221,9 +222,9 @@ def _solve(
     steps: str,
     threads: int | None,
 ) -> _brain.GridField:
-    _one_of("precision", precision, (None, "f32", "f64"))
-    _one_of("steps", steps, ("985/1393", "100/141"))
-    grid = _two_dimensional(grid)
+    checked_choice("precision", precision, (None, "f32", "f64"))
+    checked_choice("steps", steps, ("985/1393", "100/141"))
+    grid = two_dimensional(grid)
     most = None if threads is None else max(int(threads), 0)
     if grid.dtype == bool and precision is None:
         return _brain.plan_free(grid, cells, place, corner_cutting, steps == "100/141", most)
@@ -231,10 +232,10 @@ def _solve(
     if precision == "f64":
         costs = costs.astype(np.float64)
         return _brain.plan_costs_f64(costs, cells, place, corner_cutting, most)
-    return _brain.plan_costs_f32(_single(costs), cells, place, corner_cutting, most)
+    return _brain.plan_costs_f32(single_precision(costs), cells, place, corner_cutting, most)
 
 
-def _single(costs: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+def single_precision(costs: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
     """Round to float32; what would silently become zero or infinite is refused."""
     with np.errstate(over="ignore", under="ignore"):
         single = costs.astype(np.float32)
@@ -252,7 +253,8 @@ def _single(costs: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
     return single
 
 
-def _two_dimensional(grid: npt.NDArray[Any]) -> npt.NDArray[Any]:
+def two_dimensional(grid: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Refuse what is no grid of bool or real numbers."""
     if grid.ndim != 2 or grid.dtype.kind not in "biuf":
         raise errors.GridNotPlannable(
             f"a grid of shape {grid.shape} and type {grid.dtype}; "
@@ -263,7 +265,8 @@ def _two_dimensional(grid: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return grid
 
 
-def _one_of(option: str, value: str | None, choices: tuple[str | None, ...]) -> None:
+def checked_choice(option: str, value: str | None, choices: tuple[str | None, ...]) -> None:
+    """Refuse an option value that is none of its choices."""
     if value not in choices:
         raise errors.UnknownPlanOption(
             f"{option}={value!r}; give one of {', '.join(map(repr, choices))}",

@@ -1,13 +1,19 @@
 //! Exact cost-to-go and policy: the paper's layered engines [Maalouf06 §3] and the production solver.
 
 mod cost;
+mod dijkstra;
 mod error;
 mod field;
+mod graph;
+pub mod layered;
 mod moves;
 mod solve;
 
 pub use cost::Cost;
+pub use dijkstra::{GraphField, plan_graph};
 pub use error::PlanError;
 pub use field::{Field, Values};
+pub use graph::{Graph, graph_of_costs_f32, graph_of_costs_f64, graph_of_free};
+pub use layered::{Engine, LayeredOptions, LayeredPlan, plan_layered};
 pub use moves::MOVES;
 pub use solve::{PlanOptions, Steps, plan_costs_f32, plan_costs_f64, plan_free};

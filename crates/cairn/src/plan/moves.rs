@@ -43,6 +43,11 @@ impl Moves {
         self.open.len()
     }
 
+    /// Number of moves out of a cell.
+    pub fn count(&self, index: usize) -> usize {
+        self.open[index].count_ones() as usize
+    }
+
     /// (code, neighbour) of the moves out of a cell, in the order of their codes.
     #[inline]
     pub fn from(&self, index: usize) -> impl Iterator<Item = (usize, usize)> + use<'_> {
