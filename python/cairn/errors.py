@@ -720,7 +720,7 @@ class MapLineInvalid(MapError):
 class MapTooLarge(MapError):
     """The map has more cells at this resolution than can be meant."""
 
-    cells: int
+    cells: float
 
 
 class MapNotRepresentable(MapError):

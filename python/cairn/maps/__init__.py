@@ -45,15 +45,17 @@ def load(path: str | Path, *, resolution_m: float | None = None) -> World:
                 refuse(errors.MapKeyInvalid, path, reason, key="resolution", value=resolution_m)
             return map_server.load(path)
         case ".npy":
-            return arrays.load(path, resolution_m=resolution_m or 1.0)
+            return arrays.load(path, resolution_m=1.0 if resolution_m is None else resolution_m)
         case ".map":
             lines = read_text(path).splitlines()
             if not any(line.strip() for line in lines):
                 refuse(errors.MapEmpty, path, "the file is empty")
             if lines[0].strip().startswith("2D-Map"):
-                return aria.load(path, resolution_m=resolution_m or 0.05)
+                return aria.load(path, resolution_m=0.05 if resolution_m is None else resolution_m)
             if lines[0].split()[:1] == ["type"]:
-                return movingai.load(path, resolution_m=resolution_m or 1.0)
+                return movingai.load(
+                    path, resolution_m=1.0 if resolution_m is None else resolution_m
+                )
             reason = "neither `2D-Map` (ARIA) nor `type octile` (MovingAI)"
             refuse(errors.MapFormatUnknown, path, reason, line=1)
         case suffix:

@@ -55,12 +55,14 @@ def load(path: str | Path, *, resolution_m: float = 0.05) -> World:
     corners += [(s[2], s[3]) for s in found.lines + found.forbidden_lines]
     corners += found.points + [corner for area in found.forbidden_areas for corner in area]
     corners += [(place[0], place[1]) for place in found.goals.values()]
-    in_cells = np.round(np.array(corners) / resolution_m, 9)
-    least = np.floor(in_cells.min(axis=0)) - 1
-    cols, rows = (int(v) for v in np.floor(in_cells.max(axis=0)) + 2 - least)
-    if rows * cols > _MOST_CELLS:
-        reason = f"{rows} × {cols} cells of {resolution_m:g} m, more than {_MOST_CELLS}"
-        refuse(errors.MapTooLarge, path, reason, cells=rows * cols)
+    with np.errstate(over="ignore", invalid="ignore"):
+        in_cells = np.round(np.array(corners) / resolution_m, 9)
+        least = np.floor(in_cells.min(axis=0)) - 1
+        size = np.floor(in_cells.max(axis=0)) + 2 - least
+    if not size.prod() <= _MOST_CELLS:
+        reason = f"{size[1]:g} × {size[0]:g} cells of {resolution_m:g} m, more than {_MOST_CELLS}"
+        refuse(errors.MapTooLarge, path, reason, cells=float(size.prod()))
+    cols, rows = (int(v) for v in size)
 
     stands = np.zeros((rows, cols), bool)
     forbidden = np.zeros((rows, cols), bool)

@@ -40,7 +40,7 @@ def load(path: str | Path, *, resolution_m: float = 1.0) -> World:
     path = Path(path)
     try:
         array = np.load(path, allow_pickle=False)
-    except (ValueError, EOFError, OSError) as error:
+    except Exception as error:  # numpy lets whatever its parsers raise through
         refuse(errors.MapLineInvalid, path, f"not a numpy array: {error}")
     if not isinstance(array, np.ndarray) or array.dtype.kind not in "biuf" or array.ndim != 2:
         kind = f"{array.dtype} {array.shape}" if isinstance(array, np.ndarray) else type(array)

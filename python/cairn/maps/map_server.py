@@ -12,8 +12,11 @@ The image's first row is the highest y; `load` turns it, so that row 0 is the lo
 counts in scale mode alone. Keys that map_server does not know are left to others, as it does.
 """
 
-import math
+import json
+import re
+import sys
 import tomllib
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -97,9 +100,11 @@ def save(world: World, path: str | Path) -> None:
     shades = np.array([_SHADES[kind] for kind in (FREE, OCCUPIED, UNKNOWN)], np.uint8)
     image = path.with_suffix(".png")
     Image.fromarray(shades[world.occupancy][::-1]).save(image, optimize=True)
+    usual = re.fullmatch(r"\w[\w.-]*", image.name)
+    plain = image.name if usual else json.dumps(image.name, ensure_ascii=False)
     x, y, yaw = world.origin
     path.write_text(
-        f"image: {image.name}\n"
+        f"image: {plain}\n"
         "mode: trinary\n"
         f"resolution: {world.resolution_m!r}\n"
         f"origin: [{x!r}, {y!r}, {yaw!r}]\n"
@@ -121,10 +126,13 @@ def load_goals(path: Path) -> dict[str, Place]:
     """
     if not path.is_file():
         return {}
+    text = read_text(path)
     try:
-        table = tomllib.loads(read_text(path)).get("goals", {})
-    except tomllib.TOMLDecodeError as error:
+        table = tomllib.loads(text).get("goals", {})
+    except (ValueError, RecursionError) as error:
         refuse(errors.MapLineInvalid, path, f"not TOML: {error}")
+    if not isinstance(table, dict):
+        refuse(errors.MapLineInvalid, path, f"goals is {table!r}, must be a table")
     goals: dict[str, Place] = {}
     for name, at in table.items():
         usual = isinstance(at, dict) and {"x", "y"} <= at.keys() <= {"x", "y", "heading"}
@@ -137,14 +145,14 @@ def load_goals(path: Path) -> dict[str, Place]:
 
 
 def _goal_line(name: str, place: Place) -> str:
-    quoted = name.replace("\\", "\\\\").replace('"', '\\"')
+    quoted = json.dumps(name, ensure_ascii=False).replace("\x7f", "\\u007f")
     values = zip(("x", "y", "heading"), place, strict=False)
-    return f'"{quoted}" = {{ {", ".join(f"{key} = {value!r}" for key, value in values)} }}\n'
+    return f"{quoted} = {{ {', '.join(f'{key} = {value!r}' for key, value in values)} }}\n"
 
 
 def _is_number(value: Any) -> bool:
     usual = isinstance(value, (int, float)) and not isinstance(value, bool)
-    return usual and math.isfinite(value)
+    return usual and abs(value) <= sys.float_info.max
 
 
 class _Header:
@@ -152,10 +160,11 @@ class _Header:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        text = read_text(path)
         try:
-            node = yaml.compose(read_text(path), Loader=yaml.SafeLoader)
-            values = yaml.safe_load(read_text(path))
-        except yaml.YAMLError as error:
+            node = yaml.compose(text, Loader=yaml.SafeLoader)
+            values = yaml.safe_load(text)
+        except (yaml.YAMLError, ValueError, RecursionError) as error:  # ValueError: such as dates
             mark = getattr(error, "problem_mark", None)
             line = None if mark is None else mark.line + 1
             reason = getattr(error, "problem", None) or str(error)
@@ -231,13 +240,16 @@ def _shades(
         shade = read_pgm(image)
         return shade, np.ones(shade.shape, bool)
     try:
-        with Image.open(image) as picture:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            picture = Image.open(image)
+        with picture:
             picture.load()
             if picture.mode.startswith("I"):  # 16-bit grey
                 shade = np.asarray(picture, np.float64) / 65535.0
                 return shade, np.ones(shade.shape, bool)
             pixels = np.asarray(picture.convert("RGBA"), np.float64)
-    except (OSError, ValueError, SyntaxError) as error:
+    except Exception as error:  # Pillow lets whatever its decoders raise through
         if "truncated" in str(error):
             reason = f"image ends before its last pixel: {error}"
             refuse(errors.MapImageTruncated, image, reason, image=str(image))

@@ -84,14 +84,13 @@ def load(path: str | Path, *, resolution_m: float = 1.0) -> World:
             expected=rows,
             found=len(cells),
         )
-    occupancy = np.empty((rows, cols), np.uint8)
     for row, line in enumerate(cells):
-        line = line.rstrip("\r\n")
         if len(line) != cols:
             reason = f"the row has {len(line)} characters, the width is {cols}"
-            at = body + row + 1
-            found_cols = len(line)
-            refuse(errors.MapCountMismatch, path, reason, line=at, expected=cols, found=found_cols)
+            fields = {"line": body + row + 1, "expected": cols, "found": len(line)}
+            refuse(errors.MapCountMismatch, path, reason, **fields)
+    occupancy = np.empty((rows, cols), np.uint8)
+    for row, line in enumerate(cells):
         try:
             occupancy[row] = [_KINDS[character] for character in line]
         except KeyError as error:

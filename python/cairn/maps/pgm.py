@@ -29,7 +29,7 @@ def read_pgm(path: Path) -> NDArray[np.float64]:
         if found is None:
             reason = f"the header ends at byte {at}, before the {what}"
             refuse(errors.MapImageTruncated, path, reason, image=image)
-        if not found[1].isdigit():
+        if not found[1].isdigit() or len(found[1]) > 9:
             reason = f"{what} at byte {found.start(1)} is {found[1][:20]!r}, not a whole number"
             refuse(errors.MapImageInvalid, path, reason, image=image)
         header.append(int(found[1]))
@@ -47,7 +47,7 @@ def read_pgm(path: Path) -> NDArray[np.float64]:
         samples = np.frombuffer(body[: len(body) - len(body) % kind.itemsize], kind)
     else:
         words = re.sub(rb"#[^\r\n]*", b"", data[at:]).split()
-        bad = next((i for i, word in enumerate(words) if not word.isdigit()), None)
+        bad = next((i for i, word in enumerate(words) if not word.isdigit() or len(word) > 9), None)
         if bad is not None:
             reason = f"pixel {bad} is {words[bad][:20]!r}, not a whole number"
             refuse(errors.MapImageInvalid, path, reason, image=image)
