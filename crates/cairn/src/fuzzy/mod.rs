@@ -9,6 +9,9 @@ mod error;
 mod set;
 mod system;
 
+#[cfg(test)]
+mod laws;
+
 pub use config::{And, AnyOf, FuzzyConfig, FuzzyInput, FuzzyRule, FuzzyTable};
 pub use error::FuzzyError;
 pub use set::FuzzySet;

@@ -106,7 +106,8 @@ pub struct Tracker {
     system: FuzzySystem,
     waypoints: Option<Waypoints>,
     index: usize,
-    last: Twist2,
+    /// The command sent at the tick before; none when something else drove.
+    last: Option<Twist2>,
 }
 
 /// Inputs and outputs of the second module in order of name.
@@ -138,7 +139,7 @@ impl Tracker {
             system: system_with("tracker", &controller.tracker, &INPUTS, &OUTPUTS)?,
             waypoints: None,
             index: 0,
-            last: Twist2::ZERO,
+            last: None,
         })
     }
 
@@ -168,6 +169,7 @@ impl Tracker {
     pub fn clear(&mut self) {
         self.waypoints = None;
         self.index = 0;
+        self.last = None;
     }
 
     /// The path being followed.
@@ -182,6 +184,7 @@ impl Tracker {
 
     /// Makes waypoint `index` current, as after an avoidance; beyond the end, the goal.
     pub fn set_index(&mut self, index: usize) {
+        self.last = None;
         self.index = self.waypoints.as_ref().map_or(0, |waypoints| index.min(waypoints.last_index()));
     }
 
@@ -208,7 +211,7 @@ impl Tracker {
     /// says so; [`Self::try_step`] gives an error instead.
     pub fn step(&mut self, world_from_robot: Pose2, current: Twist2, dt_s: f64) -> TrackingRecord {
         self.try_step(world_from_robot, current, dt_s).unwrap_or_else(|_| {
-            self.last = Twist2::ZERO;
+            self.last = Some(Twist2::ZERO);
             let mut record = TrackingRecord::blank(self.index, world_from_robot, current);
             record.caps.push(Cap::MeasurementNotFinite);
             record
@@ -229,10 +232,10 @@ impl Tracker {
         check_measured(world_from_robot, current, dt_s)?;
         self.advance_pointer(world_from_robot.position());
 
-        // The command sent last, while the robot is still on its way to it; else what it does now.
-        let slack_s = self.latency_s + dt_s;
-        let explained = self.limits.reachable(current, self.last, slack_s) == self.last;
-        let base = if explained { self.last } else { current };
+        // The command sent last, as far as the robot can still be on its way to it: what is measured
+        // lags behind by the latency and a tick or two.
+        let lag_s = self.latency_s + 2.0 * dt_s;
+        let base = self.last.map_or(current, |last| self.limits.reachable(current, last, lag_s));
         let meanwhile = Twist2::new(
             (current.linear_mps + base.linear_mps) / 2.0,
             (current.angular_radps + base.angular_radps) / 2.0,
@@ -264,7 +267,7 @@ impl Tracker {
             record.caps.push(Cap::NoPath);
         }
         record.twist = self.within_limits(&mut record.caps, base, wanted, dt_s);
-        self.last = record.twist;
+        self.last = Some(record.twist);
         Ok(record)
     }
 

@@ -213,3 +213,122 @@ fn equally_spaced(
     }
     points
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn path() -> impl Strategy<Value = Vec<Point2>> {
+        let point = (-5.0..5.0f64, -5.0..5.0f64).prop_map(|(x, y)| Point2::new(x, y));
+        prop::collection::vec(point, 1..20)
+    }
+
+    fn to_path(point: Point2, path: &[Point2]) -> f64 {
+        let sides = path.windows(2).map(|side| point.distance_to_segment(side[0], side[1]));
+        sides.fold(point.distance(path[0]), f64::min)
+    }
+
+    #[test]
+    fn a_straight_way_is_cut_into_equal_steps_with_the_goal_exact() {
+        let path = [Point2::new(0.0, 0.0), Point2::new(0.0, 0.0), Point2::new(1.0, 0.1 + 0.2)];
+        let waypoints = Waypoints::resample(&path, 0.3, |_, _| true).expect("valid");
+        assert_eq!(waypoints.len(), 5);
+        assert_eq!((waypoints.at(0), waypoints.at(4), waypoints.at(9)), (path[0], path[2], path[2]));
+        let even =
+            waypoints.points().windows(2).all(|p| (p[0].distance(p[1]) - 1.09f64.sqrt() / 4.0).abs() < 1e-12);
+        assert!(even);
+    }
+
+    #[test]
+    fn turns_are_absolute_angles_between_segments() {
+        let square = [(0.0, 0.0), (1.0, 0.0), (1.0, -1.0), (1.0, 0.0)].map(|(x, y)| Point2::new(x, y));
+        let waypoints = Waypoints::as_given(&square).expect("valid");
+        let turns = [0, 1, 2, 3, 4].map(|i| waypoints.turn_rad(i));
+        let expected = [0.0, std::f64::consts::FRAC_PI_2, std::f64::consts::PI, 0.0, 0.0];
+        assert!(turns.iter().zip(expected).all(|(turn, e)| (turn - e).abs() < 1e-12), "{turns:?}");
+    }
+
+    #[test]
+    fn the_stairs_of_a_grid_path_come_out_straight_inside_the_corridor() {
+        let stairs: Vec<Point2> =
+            (0..80).map(|i| Point2::new(0.05 * f64::from(i), 0.05 * f64::from(i / 2))).collect();
+        let config = WaypointConfig { spacing_m: 0.3, corridor_m: 0.1 };
+        let waypoints = Waypoints::from_path(&stairs, &config, |_, _| true).expect("valid");
+        let turn = (0..waypoints.len()).map(|i| waypoints.turn_rad(i)).fold(0.0, f64::max);
+        assert!(turn < 0.03, "{turn}");
+        let blocked = Waypoints::from_path(&stairs, &config, |_, _| false).expect("valid");
+        assert!(stairs.iter().all(|vertex| blocked.points().iter().any(|p| p.distance(*vertex) < 1e-9)));
+    }
+
+    #[test]
+    fn the_pointer_goes_forward_only_and_as_far_as_the_robot_is_nearer() {
+        let line: Vec<Point2> = (0..10).map(|i| Point2::new(f64::from(i), 0.0)).collect();
+        let waypoints = Waypoints::as_given(&line).expect("valid");
+        let from = |index, x| waypoints.pointer_from(index, Point2::new(x, 3.0));
+        assert_eq!([from(0, 0.4), from(0, 0.5), from(0, 0.6), from(0, 4.7), from(6, 1.0)], [0, 0, 1, 5, 6]);
+        assert_eq!(from(0, 99.0), 9);
+    }
+
+    #[test]
+    fn paths_that_cannot_be_followed_are_refused_by_name() {
+        let here = Point2::new(0.0, 0.0);
+        let refused = |path: &[Point2], spacing_m, corridor_m| {
+            let config = WaypointConfig { spacing_m, corridor_m };
+            Waypoints::from_path(path, &config, |_, _| true).expect_err("refused")
+        };
+        assert_eq!(refused(&[], 0.3, 0.0), TrackError::PathEmpty);
+        let bad = refused(&[here, Point2::new(f64::NAN, 0.0)], 0.3, 0.0);
+        assert!(matches!(bad, TrackError::PathPointNotFinite { index: 1, .. }));
+        for (spacing_m, corridor_m) in
+            [(0.0, 0.0), (f64::NAN, 0.0), (-1.0, 0.0), (0.3, -0.1), (0.3, f64::NAN)]
+        {
+            assert!(matches!(
+                refused(&[here], spacing_m, corridor_m),
+                TrackError::TrackValueOutOfRange { .. }
+            ));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn waypoints_lie_on_the_path_from_start_to_goal_at_most_a_step_apart(
+            path in path(), spacing_m in 0.05..2.0f64,
+        ) {
+            let waypoints = Waypoints::resample(&path, spacing_m, |_, _| true).expect("valid");
+            prop_assert_eq!(waypoints.at(0), path[0]);
+            prop_assert_eq!(waypoints.at(usize::MAX), path[path.len() - 1]);
+            for pair in waypoints.points().windows(2) {
+                let step = pair[0].distance(pair[1]);
+                prop_assert!(step > SAME_POINT_M && step <= spacing_m * (1.0 + 1e-6));
+            }
+            for point in waypoints.points() {
+                prop_assert!(to_path(*point, &path) < 1e-9);
+            }
+        }
+
+        #[test]
+        fn steps_never_cross_an_obstacle_that_the_path_goes_around(
+            legs in prop::collection::vec((1.0..4.0f64, -0.2..0.6f64), 2..30),
+            spacing_m in 0.1..4.0f64,
+            corridor_m in 0.0..3.0f64,
+        ) {
+            let mut bearing = 0.0;
+            let path: Vec<Point2> = legs
+                .iter()
+                .map(|&(radius, turn)| {
+                    bearing += turn;
+                    Point2::new(radius * f64::cos(bearing), radius * f64::sin(bearing))
+                })
+                .collect();
+            let obstacle = Point2::new(0.0, 0.0);
+            let clear = |a: Point2, b: Point2| obstacle.distance_to_segment(a, b) > 0.5;
+            prop_assert!(path.windows(2).all(|side| clear(side[0], side[1])));
+            let config = WaypointConfig { spacing_m, corridor_m };
+            let waypoints = Waypoints::from_path(&path, &config, clear).expect("valid");
+            for pair in waypoints.points().windows(2) {
+                prop_assert!(clear(pair[0], pair[1]), "{:?}", pair);
+            }
+        }
+    }
+}
