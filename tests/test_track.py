@@ -95,7 +95,7 @@ def test_fig_14_a_sine_is_followed_within_three_centimetres_rms(spacing_m):
     assert rms(cross_track(drive.xy, SINE)) <= 0.03
 
 
-@pytest.mark.parametrize("spacing_m", [0.1, 0.3, 0.6])
+@pytest.mark.parametrize("spacing_m", [0.1, 0.15, 0.2, 0.3, 0.6])
 def test_fig_15_a_unit_step_is_overshot_by_at_most_ten_centimetres(spacing_m):
     drive = Drive()
     drive.tracker.follow([(0, 1), (6, 1)], spacing_m=spacing_m)

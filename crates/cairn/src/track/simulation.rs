@@ -130,7 +130,7 @@ fn a_ramp_at_135_degrees_is_met_by_turning_first() {
 
 #[test]
 fn a_lateral_step_of_a_metre_is_overshot_by_at_most_ten_centimetres() {
-    for spacing_m in [0.3, 0.6] {
+    for spacing_m in [0.1, 0.15, 0.2, 0.3, 0.6] {
         let path = line(&[(0.0, 1.0), (8.0, 1.0)]);
         let mut drive = Drive::new(&path, spacing_m);
         drive.run(60.0).assert_came_to_rest_at(path[1]);

@@ -18,6 +18,8 @@ pub struct TrackerConfig {
     pub arrival_m: f64,
     /// Deceleration counted on for stopping at the goal, as a share of the limit, in (0, 1].
     pub braking_share: f64,
+    /// Speed at which a robot off its path turns into it at a right angle \[m/s\].
+    pub joining_mps: f64,
     /// `alpha1`, `alpha2` → `C`.
     pub look_ahead: FuzzyConfig,
     /// `C`, `dR`, `dtheta`, `Vc` → `V`, `omega`.
@@ -36,6 +38,8 @@ pub enum Cap {
     AtGoal,
     /// V: the robot must be able to stop at the goal.
     BrakingDistance,
+    /// V: the robot meets its path at an angle, and must be slow enough there to turn into it.
+    JoiningPath,
     /// V is never negative.
     NoReversing,
     /// V: greatest speed of the robot.
@@ -94,6 +98,9 @@ pub struct TrackingRecord {
 /// Below this speed the robot counts as at rest \[m/s\].
 const AT_REST_MPS: f64 = 0.05;
 
+/// From the first of these bends on, joining a path costs speed; at the second, all it can \[rad\].
+const JOINING_BENDS_RAD: [f64; 2] = [0.6, 1.2];
+
 /// The path tracker: (V, ω) = f(C, dR, dθ, Vc) `[Maalouf06 (6)]`, along waypoints that may be
 /// exchanged at any tick.
 #[derive(Clone, Debug)]
@@ -102,6 +109,7 @@ pub struct Tracker {
     latency_s: f64,
     arrival_m: f64,
     braking_mps2: f64,
+    joining_mps: f64,
     look_ahead: LookAhead,
     system: FuzzySystem,
     waypoints: Option<Waypoints>,
@@ -126,15 +134,17 @@ impl Tracker {
             }
             Err(TrackError::TrackValueOutOfRange { key: key.to_owned(), value, must_be: must_be.to_owned() })
         };
-        let &TrackerConfig { latency_s, arrival_m, braking_share, .. } = controller;
+        let &TrackerConfig { latency_s, arrival_m, braking_share, joining_mps, .. } = controller;
         check("latency_s", latency_s, latency_s >= 0.0, "of at least 0")?;
         check("arrival_m", arrival_m, arrival_m > 0.0, "above 0")?;
         check("braking_share", braking_share, braking_share > 0.0 && braking_share <= 1.0, "in (0, 1]")?;
+        check("joining_mps", joining_mps, joining_mps > 0.0, "above 0")?;
         Ok(Self {
             limits: *limits,
             latency_s,
             arrival_m,
             braking_mps2: limits.linear_mps2 * braking_share,
+            joining_mps,
             look_ahead: LookAhead::new(&controller.look_ahead)?,
             system: system_with("tracker", &controller.tracker, &INPUTS, &OUTPUTS)?,
             waypoints: None,
@@ -262,7 +272,12 @@ impl Tracker {
             record.raw = Twist2::new(said.outputs["V"], said.outputs["omega"]);
             record.tracker = Some(said);
             let last_leg = self.index + 1 >= waypoints.last_index();
+            let joining = self.joining_speed(waypoints, ahead.position());
             wanted = self.arriving(&mut record, last_leg, dt_s);
+            if wanted.linear_mps > joining {
+                wanted.linear_mps = joining;
+                record.caps.push(Cap::JoiningPath);
+            }
         } else {
             record.caps.push(Cap::NoPath);
         }
@@ -289,6 +304,23 @@ impl Tracker {
             record.caps.push(Cap::BrakingDistance);
         }
         wanted
+    }
+
+    /// Speed from which a robot at `position` can brake to [`TrackerConfig::joining_mps`] before it
+    /// turns into its path at N_{i+1}, one step of the path earlier. α1 and α2 do not show this bend:
+    /// they are the path's own.
+    fn joining_speed(&self, waypoints: &Waypoints, position: Point2) -> f64 {
+        let (target, beyond) = (waypoints.at(self.index + 1), waypoints.at(self.index + 2));
+        let (arriving, leaving) = (target - position, beyond - target);
+        let bend = arriving.cross(leaving).atan2(arriving.dot(leaving)).abs();
+        if bend <= JOINING_BENDS_RAD[0] || leaving.norm() == 0.0 {
+            return f64::INFINITY;
+        }
+        let [slight, full] = JOINING_BENDS_RAD;
+        let share = ((bend - slight) / (full - slight)).min(1.0);
+        let there = self.limits.linear_mps + (self.joining_mps - self.limits.linear_mps) * share;
+        let free_m = (arriving.norm() - leaving.norm()).max(0.0);
+        (there * there + 2.0 * self.braking_mps2 * free_m).sqrt()
     }
 
     fn within_limits(&self, caps: &mut Vec<Cap>, base: Twist2, mut wanted: Twist2, dt_s: f64) -> Twist2 {
