@@ -148,7 +148,7 @@ def test_a_refused_goal_says_why_and_the_next_one_is_taken():
     goals = [{"x_m": -3.0, "y_m": 0.0}, {"place": "east"}]
     result = run(mission(goals=goals), setting=in_room())
     assert [goal.outcome for goal in result.robots[0].goals] == ["refused", "reached"]
-    assert result.robots[0].goals[0].sentence == "no way there"
+    assert result.robots[0].goals[0].sentence == "refused (-3.00, 0.00) m: no way there"
     assert result.exit_code == 3
 
 

@@ -203,7 +203,9 @@ class Result:
             goal = next((goal for goal in robot.goals if not goal.as_expected), robot.goals[-1])
             parts.append(who + goal.sentence.rstrip("."))
         if self.contacts:
-            parts.insert(0, f"touched something {self.contacts} time(s)")
+            parts.insert(
+                0, "touched something" + (f" {self.contacts} times" if self.contacts > 1 else "")
+            )
         parts += [sentence.rstrip(".") for sentence in self.unmet]
         return "; ".join(parts) + "."
 

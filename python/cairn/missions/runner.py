@@ -140,7 +140,7 @@ class _Loop:
             self.followers[event.robot].happens(event, self.time_s)
 
     def _meet(self) -> None:
-        """Note where robots touch each other: each is alone in its own physics."""
+        """Note how near robots are to each other, and where they overlap."""
         for i, one in enumerate(self.followers):
             for other in self.followers[:i]:
                 apart_m = _apart_m(one.agent.robot, other.agent.robot)
@@ -193,6 +193,7 @@ class _Follower:
         self.apart_m: dict[str, float] = {}
         self.touching: set[str] = set()
         self.meetings: list[dict[str, Any]] = []
+        self.sentence = ""
 
     @property
     def done(self) -> bool:
@@ -216,6 +217,7 @@ class _Follower:
             world_from_robot=truth if self.scenario.pose == "truth" else None,
         )
         robot.command(decision.twist)
+        self.sentence = str(decision.sentence)
         self._offer_field()
         clearance_m = min([float(robot.clearance_m), *self.apart_m.values()])
         self._keep(time_s, truth, decision, clearance_m)
@@ -256,8 +258,7 @@ class _Follower:
         if self.under is not None:
             goal = self.under.goal
             left = f", {math.dist(truth[:2], goal):.2f} m short" if goal else ""
-            last = self.transitions[-1].sentence if self.transitions else ""
-            why = f"; last: {last}" if last else ""
+            why = f"; last: {_without_mode(self.sentence)}" if self.sentence else ""
             self._close(outcomes.TIMED_OUT, f"out of time after {limit}{left}{why}", time_s, truth)
         while self.waiting:
             self._take(self.waiting.pop(0), time_s, begin=False)
@@ -316,7 +317,7 @@ class _Follower:
         elif decision.goal_status == "reached":
             self._end_soon(outcomes.REACHED, "", time_s)
         elif decision.goal_status == "refused":
-            self._end_soon(outcomes.REFUSED, str(decision.sentence), time_s)
+            self._end_soon(outcomes.REFUSED, "", time_s)
 
     def _end_soon(self, outcome: str, sentence: str, time_s: float) -> None:
         assert self.under is not None
@@ -326,6 +327,8 @@ class _Follower:
         under = self.under
         assert under is not None
         error_m = None if under.goal is None else math.dist(truth[:2], under.goal)
+        if outcome == outcomes.REFUSED:
+            sentence = f"refused {_called(under)}: {_without_mode(self.sentence)}"
         if outcome == outcomes.REACHED:
             assert error_m is not None
             sentence = f"reached {_called(under)}, {error_m:.2f} m from it by truth"
@@ -428,12 +431,9 @@ def _unmet(scenario: Scenario, robots: list[RobotResult]) -> list[str]:
     expect = scenario.expect
     plans = sum(robot.plan_count for robot in robots)
     transitions = sum(len(robot.transitions) for robot in robots)
-    contacts = sum(len(robot.contacts) for robot in robots)
     driven_m = sum(robot.path_length_m for robot in robots)
     seen = {mode for robot in robots for mode in robot.modes_s}
     unmet = []
-    if expect.contacts is not None and contacts > expect.contacts:
-        unmet.append(f"expected {expect.contacts} contacts, had {contacts}")
     if expect.plan_count is not None and plans != expect.plan_count:
         unmet.append(f"expected {expect.plan_count} plans, made {plans}")
     if expect.plan_count_at_least is not None and plans < expect.plan_count_at_least:
@@ -452,10 +452,17 @@ def _unmet(scenario: Scenario, robots: list[RobotResult]) -> list[str]:
     return unmet
 
 
+def _without_mode(sentence: str) -> str:
+    """Return a navigator's sentence without the mode that it begins with, `Stop: arrived.`"""
+    _, colon, why = sentence.partition(": ")
+    return (why if colon else sentence).rstrip(".")
+
+
 def _called(under: _Under) -> str:
     if under.task.place is not None:
         return under.task.place
-    assert under.goal is not None
+    if under.goal is None:
+        return "to explore"
     return f"({under.goal[0]:.2f}, {under.goal[1]:.2f}) m"
 
 

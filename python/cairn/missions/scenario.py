@@ -152,9 +152,11 @@ class WorldEntry(_Model):
 
 
 class Expect(_Model):
-    """What must come out of the run; a test of the scenario reads it, and so does the exit code."""
+    """What else must come out of the run; tests read it, and so does the exit code.
 
-    contacts: Annotated[int, Field(ge=0)] | None = 0
+    Goals say themselves what is expected of them, and a contact is never expected.
+    """
+
     plan_count: Annotated[int, Field(ge=0)] | None = None
     plan_count_at_least: Annotated[int, Field(ge=0)] | None = None
     transitions_at_least: Annotated[int, Field(ge=0)] | None = None

@@ -58,17 +58,32 @@ def build(scenario: Scenario, seed: int) -> Setting:
     profile = cairn.Profile.load(_beside(scenario.profile, scenario.folder))
     scene = robots.Scene.from_world(world, [_box(box) for box in scenario.boxes])
     noise = None if profile.noise is None else profile.noise.scaled(scenario.noise)
-    kind = robots.KinematicRobot if scenario.robot == "kinematic" else robots.MujocoP3AT
     for goal in scenario.goals:
         if goal.explore_s is None:
             point_of(goal, world)
-    agents = []
-    for number, entry in enumerate(scenario.starts):
-        start = start_pose(entry.start, world)
-        own_seed = seed if number == 0 else seed + 1_000_003 * number
-        robot = kind(profile, scene, start, seed=own_seed, noise=noise)
-        navigator = cairn.Navigator(profile, known, start=start, config=scenario.navigator or None)
-        agents.append(Agent(entry.name, robot, navigator, [*scenario.goals, *entry.goals]))
+    starts = [start_pose(entry.start, world) for entry in scenario.starts]
+    seeds = [seed + 1_000_003 * number for number in range(len(starts))]
+    if scenario.robot == "kinematic":
+        bodies = [
+            robots.KinematicRobot(profile, scene, start, seed=own_seed, noise=noise)
+            for start, own_seed in zip(starts, seeds, strict=True)
+        ]
+    else:
+        specs = [
+            robots.RobotSpec(profile, start, own_seed, noise, name=entry.name)
+            for entry, start, own_seed in zip(scenario.starts, starts, seeds, strict=True)
+        ]
+        bodies = robots.MujocoWorld(scene, specs).robots
+    config = scenario.navigator or None
+    agents = [
+        Agent(
+            entry.name,
+            body,
+            cairn.Navigator(profile, known, start=start, config=config),
+            [*scenario.goals, *entry.goals],
+        )
+        for entry, body, start in zip(scenario.starts, bodies, starts, strict=True)
+    ]
     return Setting(world, known, agents)
 
 

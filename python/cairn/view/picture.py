@@ -28,7 +28,7 @@ BOX = "#c8862b"
 MODES = {  # part of a mode's name → what a person calls it, and its colour
     "track": ("tracking the path", "#0b7a75"),
     "avoid": ("avoiding obstacles", "#d1495b"),
-    "plan": ("planning", "#7a4fbf"),
+    "plan": ("planning", "#22303c"),
     "stop": ("standing", "#22303c"),
 }
 OUTLINE_EVERY_M = 1.5
@@ -50,13 +50,10 @@ class Note:
 
     @property
     def text(self) -> str:
-        """When, why, and from mode to mode, in one line."""
-        first = self.transitions[0]
-        modes = [first.before, *(transition.after for transition in self.transitions)]
-        # The last change says why it moves on; a stop on the way says what made it stop.
-        why = next((t for t in self.transitions if "stop" in t.after.lower()), first)
-        ways = " → ".join(mode.replace("_", " ").lower() for mode in modes)
-        return f"{first.time_s:.1f} s  {why.sentence.rstrip('.')}  ({ways})"
+        """When and why, in one line."""
+        # A stop on the way says what made it stop; what follows is its consequence.
+        why = next((t for t in self.transitions if "stop" in t.after), self.transitions[-1])
+        return f"{self.transitions[0].time_s:.0f} s: {why.sentence.rstrip('.')}"
 
 
 def draw_run(result: Result, path: Path) -> Path:
@@ -157,7 +154,7 @@ def _page(world: World, lines: int, *, bar: bool = False) -> tuple[Figure, Axes,
     map_height = min(max(width * (right - 0.02) * (y1 - y0) / (x1 - x0), 3.0), 9.0)
     columns = 2
     notes_height = 0.19 * math.ceil(lines / columns) + 0.25 if lines else 0.0
-    height = map_height + notes_height + (1.15 if bar else 1.5)
+    height = map_height + notes_height + (1.15 if bar else 1.35)
     figure = Figure(figsize=(width, height), facecolor=PAPER)
     FigureCanvasAgg(figure)
     bottom = (notes_height + 0.6) / height
@@ -195,14 +192,14 @@ def _title(figure: Figure, axes: Axes, result: Result) -> None:
     verdict = {0: "#0b7a75", 3: "#d1495b", 4: "#d1495b"}[result.exit_code]
     top = 1.0 - 0.30 / figure.get_figheight()
     step = 0.27 / figure.get_figheight()
-    figure.text(0.025, top, result.scenario.name, fontsize=17, fontweight="bold", color=INK)
-    name_width = 0.0118 * len(result.scenario.name) + 0.04
-    sentence = textwrap.shorten(result.sentence, 118, placeholder=" …")
-    figure.text(name_width, top, sentence, fontsize=11.5, color=verdict)
+    name = figure.text(0.025, top, result.scenario.name, fontsize=17, weight="bold", color=INK)
+    right = name.get_window_extent().x1 / figure.bbox.width
+    sentence = textwrap.shorten(result.sentence, 108, placeholder=" …")
+    figure.text(right + 0.015, top, sentence, fontsize=11.5, color=verdict)
     facts = [
         f"{summary['time_s']:.0f} s",
         f"{summary['path_length_m']:.1f} m driven",
-        f"{summary['contacts']} contacts",
+        f"{summary['contacts'] or 'no'} contact{'s' if summary['contacts'] != 1 else ''}",
         f"clearance ≥ {summary['least_clearance_m']:.2f} m"
         if summary["least_clearance_m"] is not None
         else "nothing near",
@@ -221,7 +218,7 @@ def _write_lines(axes: Axes | None, lines: list[str]) -> None:
         for row, line in enumerate(part):
             axes.text(
                 0.5 * column, 1.0 - row / max(half, 1), line, transform=axes.transAxes,
-                fontsize=8.2, color=INK, va="top", ha="left",
+                fontsize=8, color=INK, va="top", ha="left",
             )  # fmt: skip
 
 
@@ -361,7 +358,7 @@ def _scale_bar(axes: Axes, world: World) -> None:
 
 def _legend(axes: Axes, result: Result) -> None:
     seen = {_mode(mode) for robot in result.robots for mode in robot.trace.mode}
-    moving = [pair for pair in MODES.values() if pair in seen and pair != MODES["stop"]]
+    moving = [MODES[part] for part in ("track", "avoid") if MODES[part] in seen]
     handles: list[Any] = [Line2D([], [], color=c, lw=2.6, label=name) for name, c in moving]
     if any(len(plan) > 1 for robot in result.robots for plan in robot.trace.plans):
         handles.append(Line2D([], [], color="#3f6fb5", lw=0.9, ls=(0, (5, 3)), label="plan"))
@@ -379,7 +376,7 @@ def _legend(axes: Axes, result: Result) -> None:
 
 
 def _notes(transitions: list[Transition]) -> list[Note]:
-    """Put transitions of one place and moment under one number; the first of a run is no news."""
+    """Put transitions of one place and moment under one number."""
     groups: list[list[Transition]] = []
     for transition in transitions:
         last = groups[-1][-1] if groups else None
@@ -395,11 +392,10 @@ def _note_lines(notes: dict[str, list[Note]]) -> list[str]:
     lines = []
     most = max(NOTES_AT_MOST // len(notes), 4)
     for name, own in notes.items():
-        who = f"{name}  " if len(notes) > 1 else ""
+        who = f"{name}, " if len(notes) > 1 else ""
         for note in own[:most]:
-            lines.append(
-                textwrap.shorten(f"{note.number:2d}  {who}{note.text}", 112, placeholder=" …")
-            )
+            text = textwrap.shorten(note.text, 96 - len(who), placeholder=" …")
+            lines.append(f"{note.number:2d}   {who}{text}")
         if len(own) > most:
             lines.append(f"{len(own) - most} more in summary.json")
     return lines
