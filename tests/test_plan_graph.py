@@ -246,6 +246,23 @@ def test_an_early_stop_changes_no_bit_of_the_result(engine):
         assert full.levels == full.max_levels == full.layers * full.widest_layer
 
 
+@pytest.mark.parametrize("engine", ENGINES)
+def test_intermediate_costs_do_not_depend_on_how_the_nodes_are_numbered(engine):
+    # In place this needs DP(j, j) to read a copy of its layer.
+    rng = np.random.default_rng(10)
+    for _ in range(300):
+        case = random_graph(rng, "integers")
+        number = rng.permutation(case.nodes)
+        edges = np.stack([number[case.tails], number[case.heads]], axis=1)
+        renumbered = cairn.graph_from_edges(case.nodes, edges, case.costs)
+        for levels in range(1, 6):
+            a = cairn.plan_layered(*case.csr, case.goals, engine=engine, max_levels=levels)
+            b = cairn.plan_layered(
+                *renumbered, number[case.goals], engine=engine, max_levels=levels
+            )
+            np.testing.assert_array_equal(a.native, b.native[number])
+
+
 @pytest.mark.parametrize("engine", ["levelled", "in_place"])
 def test_nothing_to_improve_stops_one_level_after_the_last_layer(engine):
     result = cairn.plan_layered(*chain(4, width=5), 0, engine=engine)

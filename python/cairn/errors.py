@@ -159,6 +159,12 @@ class CellNotWhole(CairnError):
     value: Any
 
 
+class GoalMalformed(CairnError):
+    """A goal is neither a pair of numbers nor a sequence of such."""
+
+    value: Any
+
+
 class NoGoal(CairnError):
     """No goal was given."""
 

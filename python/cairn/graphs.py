@@ -14,7 +14,14 @@ import numpy as np
 import numpy.typing as npt
 
 from cairn import _brain, errors
-from cairn.planning import Precision, Steps, checked_choice, single_precision, two_dimensional
+from cairn.planning import (
+    Precision,
+    Steps,
+    checked_choice,
+    single_precision,
+    two_dimensional,
+    whole_number,
+)
 
 Engine = Literal["classical", "phased", "levelled", "in_place"]
 Csr = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[Any]]
@@ -56,11 +63,6 @@ class GraphField:
         Raises:
             StartNotANode: the graph has no such node.
         """
-        nodes = len(self.next_node)
-        if not 0 <= start < nodes:
-            raise errors.StartNotANode(
-                f"start {start} is not a node: the nodes are 0..{nodes}", node=start, nodes=nodes
-            )
         return _walk(self.cost_to_go, self.next_node, start)
 
     def __repr__(self) -> str:
@@ -118,7 +120,11 @@ class LayeredResult:
         return _as_float(self.native)
 
     def path(self, start: int) -> npt.NDArray[np.int64] | None:
-        """Return the nodes from `start` to a goal, both included; None where there is no way."""
+        """Return the nodes from `start` to a goal, both included; None where there is no way.
+
+        Raises:
+            StartNotANode: the graph has no such node.
+        """
         return _walk(self.cost_to_go, self.next_node, start)
 
 
@@ -292,10 +298,7 @@ def _not_plannable(name: str, array: npt.NDArray[Any]) -> errors.GraphNotPlannab
 
 def _nodes(goal: Any) -> list[int]:
     goals = [goal] if np.ndim(goal) == 0 else list(goal)
-    for node in goals:
-        if int(node) != node:
-            raise errors.CellNotWhole(f"{node!r} is not a node number", value=node)
-    return [int(node) for node in goals]
+    return [whole_number(node) for node in goals]
 
 
 def _as_float(native: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
@@ -308,6 +311,13 @@ def _as_float(native: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
 def _walk(
     cost_to_go: npt.NDArray[np.float64], next_node: npt.NDArray[np.int64], start: int
 ) -> npt.NDArray[np.int64] | None:
+    start, nodes_there = whole_number(start), len(next_node)
+    if not 0 <= start < nodes_there:
+        raise errors.StartNotANode(
+            f"start {start} is not a node: the nodes are 0..{nodes_there}",
+            node=start,
+            nodes=nodes_there,
+        )
     if not np.isfinite(cost_to_go[start]):
         return None
     nodes = [start]

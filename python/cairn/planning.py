@@ -115,8 +115,7 @@ class Field:
             StartOutsideGrid: the cell `start` is not in the grid.
         """
         if self._goal_points is None:
-            row, col = start
-            return self.brain.path((_integer(row), _integer(col)))
+            return self.brain.path((whole_number(start[0]), whole_number(start[1])))
         return self.brain.path_in_world((float(start[0]), float(start[1])), self._goal_points)
 
     def __repr__(self) -> str:
@@ -155,6 +154,7 @@ def plan(
     Raises:
         GoalOutsideMap: a goal is not on the map (or NaN).
         GoalBlocked: a goal lies in a cell that cannot be entered.
+        GoalMalformed: a goal is no pair of numbers.
         CairnError: whatever `plan_grid` refuses.
     """
     checked_choice("unknown", unknown, ("blocked", "free"))
@@ -202,6 +202,7 @@ def plan_grid(
 
     Raises:
         GridNotPlannable: not two-dimensional, or not of a real number type.
+        GoalMalformed, CellNotWhole: a goal is no pair of whole numbers.
         EmptyGrid, NoGoal, GoalOutsideGrid, GoalBlocked, NoThreads: as named.
         CellCostNan, CellCostNegative, CellCostZero, CellCostBeyondPrecision: with row, col, value.
         LinkCostAbsorbed: costs differ so much in size that a link vanishes in the sum.
@@ -276,23 +277,43 @@ def checked_choice(option: str, value: str | None, choices: tuple[str | None, ..
         )
 
 
-def _integer(value: Any) -> int:
+def whole_number(value: Any) -> int:
     """Return `value` as an int; a fraction is an error, not a cell."""
-    whole = int(value)
-    if whole != value:
-        raise errors.CellNotWhole(f"{value!r} is not a row or column number", value=value)
-    return whole
+    try:
+        whole = int(value)
+        if whole == value:
+            return whole
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise errors.CellNotWhole(f"{value!r} is not a row, column or node number", value=value)
+
+
+def _several(goal: Any) -> list[Any]:
+    """One place or a sequence of places as a list of places, each with two numbers at least."""
+    try:
+        goals = list(goal)
+        if goals and np.ndim(goals[0]) == 0:
+            goals = [goals]
+        if not isinstance(goal, str) and all(len(place) >= 2 for place in goals):
+            return goals
+    except (TypeError, ValueError):
+        pass
+    raise errors.GoalMalformed(
+        f"goal {goal!r} is neither a pair of numbers nor a sequence of such", value=goal
+    )
 
 
 def _cells(goal: Any) -> list[GridCell]:
-    goals = list(goal)
-    if goals and np.ndim(goals[0]) == 0:
-        goals = [goals]
-    return [(_integer(row), _integer(col)) for row, col in goals]
+    goals = _several(goal)
+    if any(len(place) != 2 for place in goals):
+        raise errors.GoalMalformed(f"goal {goal!r}: a cell is (row, col)", value=goal)
+    return [(whole_number(row), whole_number(col)) for row, col in goals]
 
 
 def _points(goal: Any) -> list[tuple[float, float]]:
-    goals = list(goal)
-    if goals and np.ndim(goals[0]) == 0:
-        goals = [goals]
-    return [(float(point[0]), float(point[1])) for point in goals]
+    try:
+        return [(float(place[0]), float(place[1])) for place in _several(goal)]
+    except (TypeError, ValueError):
+        raise errors.GoalMalformed(
+            f"goal {goal!r}: a point is (x, y) in metres", value=goal
+        ) from None
