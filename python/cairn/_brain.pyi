@@ -253,3 +253,94 @@ def graph_of_costs_f64(
     costs: NDArray[np.float64], corner_cutting: bool
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
     """Return the links of a float64 cost grid as CSR arrays."""
+
+# ---- ray casting, mapping, odometry, matching ----------------------------------------------------
+
+def raycast(
+    occupied: NDArray[np.bool_],
+    resolution_m: float,
+    origin: tuple[float, float, float],
+    from_points: NDArray[np.float64],
+    directions_rad: NDArray[np.float64],
+    max_range_m: float,
+) -> NDArray[np.float64]:
+    """Distance along each ray to the first occupied cell [m], inf where there is none."""
+
+def sonar_ranges(
+    occupied: NDArray[np.bool_],
+    resolution_m: float,
+    origin: tuple[float, float, float],
+    world_from_sonar: NDArray[np.float64],
+    beam_rad: float,
+    max_range_m: float,
+) -> NDArray[np.float64]:
+    """Range a sonar at each pose is expected to measure [m], inf for no echo."""
+
+class OccupancyMap:
+    """Log-odds occupancy, see `cairn.mapping.OccupancyMap`."""
+
+    def __init__(
+        self,
+        resolution_m: float,
+        prior: tuple[NDArray[np.uint8], float, tuple[float, float, float]] | None,
+        config: dict[str, Any] | None,
+    ) -> None: ...
+    @staticmethod
+    def default_config() -> dict[str, Any]: ...
+    def integrate(
+        self,
+        profile: Profile,
+        world_from_robot: tuple[float, float, float],
+        ranges_m: NDArray[np.float64],
+    ) -> None: ...
+    def classes(self) -> NDArray[np.uint8]: ...
+    def probabilities(self) -> NDArray[np.float32]: ...
+    def unmapped(self) -> NDArray[np.bool_]: ...
+    def occupied_near(self, center: tuple[float, float], radius_m: float) -> NDArray[np.float64]: ...
+    def unmapped_near(self, center: tuple[float, float], radius_m: float) -> NDArray[np.float64]: ...
+    def clear_disc(self, center: tuple[float, float], radius_m: float) -> None: ...
+    @property
+    def revision(self) -> int: ...
+    @property
+    def resolution_m(self) -> float: ...
+    @property
+    def origin(self) -> tuple[float, float, float]: ...
+
+class Odometry:
+    """Encoders and gyro fused into a pose, see `cairn.odometry.Odometry`."""
+
+    def __init__(
+        self,
+        profile: Profile,
+        start: tuple[float, float, float],
+        config: dict[str, Any] | None,
+    ) -> None: ...
+    @staticmethod
+    def default_config() -> dict[str, Any]: ...
+    def predict(
+        self, wheels_m: tuple[float, float], gyro_radps: float | None, dt_s: float
+    ) -> None: ...
+    def set_pose(self, pose: tuple[float, float, float]) -> None: ...
+    @property
+    def pose(self) -> tuple[float, float, float]: ...
+    def covariance(self) -> NDArray[np.float64]: ...
+    @property
+    def twist(self) -> tuple[float, float]: ...
+    @property
+    def gyro_bias_radps(self) -> float: ...
+    @property
+    def path_m(self) -> float: ...
+
+class MapMatcher:
+    """Pose corrections from sonar against a known map, see `cairn.odometry.MapMatcher`."""
+
+    def __init__(
+        self,
+        prior: tuple[NDArray[np.uint8], float, tuple[float, float, float]],
+        config: dict[str, Any] | None,
+    ) -> None: ...
+    @staticmethod
+    def default_config() -> dict[str, Any]: ...
+    def correct(
+        self, odometry: Odometry, profile: Profile, ranges_m: NDArray[np.float64]
+    ) -> dict[str, Any]: ...
