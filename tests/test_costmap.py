@@ -1,3 +1,5 @@
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -125,8 +127,9 @@ def test_a_world_cannot_be_changed_in_place_nor_through_the_arrays_given():
     world = cairn.World(cells)
     cells[0, 0] = 1
     assert world.occupancy[0, 0] == 0
-    with pytest.raises(ValueError, match="read-only"):
-        world.occupancy[0, 0] = 1
+    for same in (world, pickle.loads(pickle.dumps(world))):
+        with pytest.raises(ValueError, match="read-only"):
+            same.occupancy[0, 0] = 1
 
 
 def test_points_outside_are_refused_with_the_point_and_the_extent():

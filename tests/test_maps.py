@@ -354,8 +354,8 @@ def test_a_line_occupies_every_cell_that_it_passes_through_and_no_other(
     world = aria(tmp_path_factory.mktemp("aria"), text, resolution_m=resolution)
     t = np.linspace(0, 1, 2000)[:, None]
     points = (np.array([[x0, y0]]) * (1 - t) + np.array([[x1, y1]]) * t) / 1000
-    for point in points:
-        assert world.occupancy[world.cell_of(point)] == OCCUPIED
+    cells = np.floor(world.grid_from_world(points) / resolution).astype(int)
+    assert (world.occupancy[cells[:, 1], cells[:, 0]] == OCCUPIED).all()
     # Separating axis: no occupied cell lies wholly to one side of the line.
     along = np.array([x1 - x0, y1 - y0]) / 1000
     length = np.hypot(*along)

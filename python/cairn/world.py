@@ -6,7 +6,7 @@ its left. Row 0 has the lowest y when the yaw is 0.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal, TypedDict, Unpack, cast
 
 import numpy as np
@@ -59,6 +59,9 @@ class World:
         if self.costs is not None:
             put("costs", _checked_costs(self.costs, self.shape))
         put("goals", {str(name): _checked_goal(name, at) for name, at in self.goals.items()})
+
+    def __reduce__(self) -> tuple[Any, ...]:  # noqa: D105
+        return World, tuple(getattr(self, each.name) for each in fields(self))
 
     @property
     def shape(self) -> tuple[int, int]:
