@@ -205,26 +205,36 @@ impl OccupancyMap {
         let mut blocked = [f32::INFINITY; BINS];
         self.collect(cone, 0.0, free_end_m);
         let mut cells = std::mem::take(&mut self.scratch.cells);
+        let half_res = 0.5 * res as f32;
+        let block = |cell: &ConeCell, blocked: &mut [f32; BINS]| {
+            let half = half_res / cell.distance_m.max(res as f32) / cone.half_rad as f32;
+            for bin in &mut blocked[bin_of(cell.side - half)..=bin_of(cell.side + half)] {
+                *bin = bin.min(cell.distance_m);
+            }
+        };
+        // Nothing is learnt of what stands behind a wall of the prior map, so that is found first ...
+        for cell in cells.iter().filter(|cell| self.class[cell.index as usize] == Occupancy::Occupied) {
+            if self.is_prior_wall(cell.index as usize) {
+                block(cell, &mut blocked);
+            }
+        }
+        // ... nor behind a wall that would not have answered.
         for cell in &mut cells {
             let i = cell.index as usize;
-            if self.class[i] != Occupancy::Occupied {
+            let hidden = cell.distance_m > blocked[bin_of(cell.side)] + half_res;
+            if self.class[i] != Occupancy::Occupied || hidden {
                 continue;
             }
-            let seen =
-                surface(&self.geometry, |j| self.class[j] == Occupancy::Occupied, i, cone.unit(cell.side));
+            let occupied = |j: usize| self.class[j] == Occupancy::Occupied;
+            let seen = surface(&self.geometry, occupied, i, cone.unit(cell.side));
             cell.echo = seen.echo(false) as f32;
-            // A wall that would have answered is not there any more, unless the prior map shows it.
-            if cell.echo < 0.5 || self.is_prior_wall(i) {
-                let half = (0.5 * res as f32 / cell.distance_m.max(res as f32)) / cone.half_rad as f32;
-                for bin in &mut blocked[bin_of(cell.side - half)..=bin_of(cell.side + half)] {
-                    *bin = bin.min(cell.distance_m);
-                }
+            if cell.echo < 0.5 {
+                block(cell, &mut blocked);
             }
         }
         let reach_m = free_end_m.max(1e-6) as f32;
         for cell in &cells {
-            let behind_m = cell.distance_m - blocked[bin_of(cell.side)];
-            if behind_m > 0.5 * res as f32 {
+            if cell.distance_m > blocked[bin_of(cell.side)] + half_res {
                 continue;
             }
             let i = cell.index as usize;
