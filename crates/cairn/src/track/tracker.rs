@@ -307,7 +307,7 @@ impl Tracker {
     }
 
     /// Speed from which a robot at `position` can brake to [`TrackerConfig::joining_mps`] before it
-    /// turns into its path at N_{i+1}, one step of the path earlier. α1 and α2 do not show this bend:
+    /// turns into its path at N_{i+1}, half a step before, where the pointer moves on. α1 and α2 do not show this bend:
     /// they are the path's own.
     fn joining_speed(&self, waypoints: &Waypoints, position: Point2) -> f64 {
         let (target, beyond) = (waypoints.at(self.index + 1), waypoints.at(self.index + 2));
@@ -319,7 +319,7 @@ impl Tracker {
         let [slight, full] = JOINING_BENDS_RAD;
         let share = ((bend - slight) / (full - slight)).min(1.0);
         let there = self.limits.linear_mps + (self.joining_mps - self.limits.linear_mps) * share;
-        let free_m = (arriving.norm() - leaving.norm()).max(0.0);
+        let free_m = (arriving.norm() - leaving.norm() / 2.0).max(0.0);
         (there * there + 2.0 * self.braking_mps2 * free_m).sqrt()
     }
 
