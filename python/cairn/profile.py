@@ -104,7 +104,7 @@ class Noise(_Table):
         description="random walk of each side's travel [m/√m]"
     )
     track_scale_sigma: NotNegative = Field(
-        description="relative error of the effective track, drawn once per run (kinematic robot)"
+        description="relative error of the effective track, drawn once per run"
     )
     slip_sigma: NotNegative = Field(
         description="wandering relative error of the turn rate by slip (kinematic robot)"

@@ -287,7 +287,9 @@ class MujocoP3AT:
         wheels = [model.joint(f"r{index}_{wheel}") for wheel in mjcf.WHEELS]
         # The wheels' joints follow the chassis's own.
         self._spins, self._applied = data.qvel[v + 6 : v + 10], data.qfrc_applied[v : v + 10]
-        self._tyres = Tyres(physics)
+        # Floors differ: the effective track by the same draw as the kinematic robot's.
+        drawn = float(np.random.default_rng([spec.seed, 4]).standard_normal())
+        self._tyres = Tyres(physics, 1 + noise.track_scale_sigma * drawn)
         self._wheel_angles = np.array([int(w.qposadr[0]) for w in wheels])
         self._wheel_servos = np.array([model.actuator(f"r{index}_{w}").id for w in mjcf.WHEELS])
         gyro = int(model.sensor(f"r{index}_gyro").adr[0]) + 2

@@ -103,6 +103,8 @@ class RangeSensors:
         sonars = len(self._profile.sonars)
         # Drawn for all, so that what one sonar hears does not change another's noise.
         drawn = self._random.standard_normal(len(ranges))
+        away = np.abs(corners - (pose.x, pose.y))
+        corners = corners[np.maximum(away[:, 0], away[:, 1]) <= self.reach_m]
         for i in fired:
             ranges[i] = self._echo(i, pose, cast, corners, drawn[i])
         if self._profile.lidar:
@@ -124,7 +126,6 @@ class RangeSensors:
         origin, axis = _placed(pose, sonar.pose.x, sonar.pose.y, sonar.pose.heading)
         half = sonar.beam_rad / 2
         rays = self._noise.sonar_rays
-        # The middles of equal slices for one ray alone, else from edge to edge.
         angles = axis + (np.linspace(-half, half, rays) if rays > 1 else np.zeros(1))
         directions = np.column_stack([np.cos(angles), np.sin(angles)])
         offsets = corners - origin

@@ -21,13 +21,19 @@ class Tyres:
     b = B · (1 + (μ_y / μ_x) · L² / B²) for a track B and a wheelbase L.
     """
 
-    def __init__(self, physics: Physics) -> None:
-        """Tyres in the order front left, rear left, front right, rear right."""
+    def __init__(self, physics: Physics, track_scale: float = 1.0) -> None:
+        """Tyres in the order front left, rear left, front right, rear right.
+
+        `track_scale` makes a floor on which the effective track is that many times as wide.
+        """
         x, y = physics.wheelbase_m / 2, physics.track_m / 2
         self._places = ((x, y), (-x, y), (x, -y), (-x, -y))
         self._radius = physics.wheel_radius_m
         self._along = physics.friction
-        self._aside = physics.friction_lateral
+        # From the equation above, solved for μ_y at a track of b · track_scale.
+        slope = physics.friction / (2 * x / (2 * y)) ** 2
+        widening = physics.friction_lateral / slope
+        self._aside = slope * max(track_scale * (1 + widening) - 1, 0.1 * widening)
         self._creep2 = physics.friction_creep_mps**2
 
     def forces(
