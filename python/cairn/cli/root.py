@@ -19,6 +19,8 @@ app = typer.Typer(
     "3 goal not reached or refused, 4 contact.",
 )
 console = Console()
+if not console.is_terminal:
+    console.width = 160  # tables in logs keep their lines
 complaints = Console(stderr=True)
 
 
