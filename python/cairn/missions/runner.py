@@ -302,7 +302,7 @@ class _Follower:
             self._listen(under, time_s, decision)
         if under.ending is None:
             return
-        standing = _is_zero(decision.twist) and _is_slow(self.agent.robot.velocity)
+        standing = decision.mode == "stop" and _is_slow(self.agent.robot.velocity)
         if standing or time_s - under.ending_s > REST_PATIENCE_S:
             outcome, sentence = under.ending
             self._close(outcome, sentence, time_s, truth)
@@ -473,10 +473,6 @@ def _pose(value: Any) -> Pose:
         return (float(value.x), float(value.y), float(value.heading))
     x, y, heading = value
     return (float(x), float(y), float(heading))
-
-
-def _is_zero(twist: Any) -> bool:
-    return twist.linear_mps == 0.0 and twist.angular_radps == 0.0
 
 
 def _is_slow(velocity: Any) -> bool:
