@@ -2,6 +2,7 @@
 
 from cairn import errors, maps
 from cairn._brain import __version__
+from cairn.avoidance import Cvm
 from cairn.graphs import (
     GraphField,
     LayeredResult,
@@ -17,6 +18,7 @@ from cairn.tracking import FuzzySystem, Tracker
 from cairn.world import World, costmap, distance_to_occupied
 
 __all__ = [
+    "Cvm",
     "Decision",
     "Field",
     "FuzzySystem",

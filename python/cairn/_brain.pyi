@@ -348,3 +348,23 @@ class MapMatcher:
     def correct(
         self, odometry: Odometry, profile: Profile, ranges_m: NDArray[np.float64]
     ) -> dict[str, Any]: ...
+
+class CurvatureVelocity:
+    """The curvature velocity method for one robot."""
+
+    def __init__(self, profile: Profile, config: dict[str, Any]) -> None:
+        """For a robot of this profile; `config` holds settings that differ from their defaults."""
+
+    def config(self) -> dict[str, Any]:
+        """Return all settings."""
+
+    def choose(
+        self,
+        twist: tuple[float, float],
+        pending: tuple[float, float] | None,
+        goal_bearing_rad: float,
+        goal_distance_m: float,
+        obstacles: NDArray[np.float64],
+        dt_s: float,
+    ) -> dict[str, Any]:
+        """Return one choice as plain dicts and lists; obstacles are (n, 2)."""

@@ -70,7 +70,7 @@ impl Default for CvmConfig {
             max_curvature_per_m: 3.0,
             curvature_step_per_m: 0.05,
             latency_s: 0.1,
-            min_speed_mps: 0.02,
+            min_speed_mps: 0.1,
             turn_below_m: 0.35,
             resume_above_m: 0.7,
             turn_rate_radps: 0.8,

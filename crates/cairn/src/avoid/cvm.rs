@@ -5,16 +5,22 @@ use super::leaving::leave;
 use super::objective::{Objective, Window};
 use super::record::{AvoidanceRecord, BrakeReason, Candidate, Refusal, Side, Why};
 use super::stopping::BrakingMotion;
-use super::turning::choose_turn;
+use super::turning::{Turn, choose_turn};
 use crate::geometry::{Point2, Twist2, wrap_angle};
 use crate::robot::{Footprint, Limits};
 
 /// Slower than this is taken as standing \[m/s\].
 const AT_REST_MPS: f64 = 0.02;
+/// From this speed on the robot is under way \[m/s\].
+const UNDER_WAY_MPS: f64 = 0.2;
 /// Faster than this is taken as turning \[rad/s\].
 const TURNING_RADPS: f64 = 0.05;
 /// A goal nearer than this is under the robot \[m\].
 const AT_GOAL_M: f64 = 0.01;
+/// Turned to a heading within this \[rad\].
+const FACING_RAD: f64 = 0.1;
+/// Nothing left to turn \[rad\].
+const AT_HEADING_RAD: f64 = 0.01;
 /// Candidates whose braking motion is looked at before giving up.
 const TRIES: usize = 24;
 
@@ -85,11 +91,33 @@ impl Cvm {
         obstacles_in_robot: &[Point2],
         dt_s: f64,
     ) -> AvoidanceRecord {
+        self.choose_after(current, None, goal_bearing_rad, goal_distance_m, obstacles_in_robot, dt_s)
+    }
+
+    /// As [`Cvm::choose`], knowing the command given before this one, `pending`: while the latency
+    /// lasts the robot still changes towards it. The window and the braking motion are then exact;
+    /// without it the robot is taken to keep its twist for the latency.
+    pub fn choose_after(
+        &self,
+        current: Twist2,
+        pending: Option<Twist2>,
+        goal_bearing_rad: f64,
+        goal_distance_m: f64,
+        obstacles_in_robot: &[Point2],
+        dt_s: f64,
+    ) -> AvoidanceRecord {
         if let Err(e) = self.check(current, goal_bearing_rad, goal_distance_m, obstacles_in_robot, dt_s) {
             return self.refused(&e, goal_bearing_rad, goal_distance_m);
         }
         let goal_bearing_rad = wrap_angle(goal_bearing_rad);
-        let window = Window::reachable(&self.limits, current, self.config.latency_s + dt_s);
+        let pending = pending.filter(|twist| twist.is_finite());
+        let (start, window) = match pending {
+            Some(pending) => {
+                let start = self.limits.reachable(current, pending, self.config.latency_s);
+                (start, Window::reachable(&self.limits, start, dt_s))
+            }
+            None => (current, Window::reachable(&self.limits, current, self.config.latency_s + dt_s)),
+        };
         let nearest_first = self.nearest_first(obstacles_in_robot);
         let clearance_m =
             nearest_first.iter().map(|&(_, p)| self.clearance_m(p)).fold(f64::INFINITY, f64::min);
@@ -101,13 +129,19 @@ impl Cvm {
             intervals: Vec::new(),
             candidates: Vec::new(),
             chosen: None,
-            twist: brake(&window),
+            twist: brake(&window, start),
             why: Why::Braking { reason: BrakeReason::AtGoal },
         };
         if goal_distance_m < AT_GOAL_M {
             return record;
         }
-        let seen = Seen { current, dt_s, window, nearest_first: &nearest_first };
+        let seen = Seen {
+            current,
+            pending: pending.unwrap_or(current),
+            dt_s,
+            window,
+            nearest_first: &nearest_first,
+        };
         if nearest_first.iter().any(|&(_, p)| self.outline.contains(p)) {
             self.leave_obstacle(&mut record, &seen);
         } else {
@@ -117,7 +151,7 @@ impl Cvm {
     }
 
     fn drive_or_turn(&self, record: &mut AvoidanceRecord, seen: &Seen) {
-        let Seen { current, dt_s, window, nearest_first } = *seen;
+        let Seen { current, dt_s, window, nearest_first, .. } = *seen;
         record.intervals = FreeArcs::new(&self.config, &self.outline, nearest_first).intervals;
         let objective = Objective {
             config: &self.config,
@@ -128,12 +162,7 @@ impl Cvm {
             dt_s,
         };
         let turning = turning_side(current);
-        let enough_m = match turning {
-            Some(_) => self.config.resume_above_m,
-            None => self.config.turn_below_m,
-        }
-        .min(record.goal_distance_m + self.config.turning_room_m)
-        .min(self.config.horizon_m);
+        let enough_m = self.enough_m(current, record.goal_distance_m);
         for (interval, arc) in record.intervals.iter().enumerate() {
             if let Some((twist, terms)) = objective.best_in(arc) {
                 let [speed, distance, heading] = terms;
@@ -150,6 +179,30 @@ impl Cvm {
                 });
             }
         }
+        if self.take_best(record, seen) {
+            return;
+        }
+        let drivable = record.intervals.iter().any(|arc| {
+            arc.distance_m >= enough_m && objective.speed_cap_mps(arc) >= objective.least_speed_mps()
+        });
+        let turn = self.wanted_turn(record, seen, turning);
+        if turn.is_some_and(|t| t.angle_rad < FACING_RAD) {
+            // It faces the best way already: a shorter arc has to do.
+            for candidate in &mut record.candidates {
+                let distance_m = record.intervals[candidate.interval].distance_m;
+                if candidate.refused == Some(Refusal::TooShort) && distance_m >= self.config.turn_below_m {
+                    candidate.refused = None;
+                }
+            }
+            if self.take_best(record, seen) {
+                return;
+            }
+        }
+        self.turn_in_place(record, seen, turn, drivable);
+    }
+
+    /// Takes the candidate of the greatest total whose braking motion is clear.
+    fn take_best(&self, record: &mut AvoidanceRecord, seen: &Seen) -> bool {
         let mut order: Vec<usize> =
             (0..record.candidates.len()).filter(|&i| record.candidates[i].refused.is_none()).collect();
         order.sort_by(|&a, &b| record.candidates[b].total.total_cmp(&record.candidates[a].total));
@@ -158,56 +211,79 @@ impl Cvm {
                 record.chosen = Some(i);
                 record.twist = record.candidates[i].twist;
                 record.why = Why::BestArc;
-                return;
+                return true;
             }
             record.candidates[i].refused = Some(Refusal::StoppingMeetsObstacle);
         }
-        let somewhere_free = record.intervals.iter().any(|arc| arc.distance_m >= enough_m);
-        self.turn_in_place(record, seen, turning, somewhere_free);
+        false
     }
 
-    fn turn_in_place(
-        &self,
-        record: &mut AvoidanceRecord,
-        seen: &Seen,
-        turning: Option<Side>,
-        somewhere_free: bool,
-    ) {
-        let Seen { current, dt_s, window, nearest_first } = *seen;
+    fn wanted_turn(&self, record: &AvoidanceRecord, seen: &Seen, keep: Option<Side>) -> Option<Turn> {
+        let wanted_m = self.enough_m(Twist2::ZERO, record.goal_distance_m);
+        // Wide enough that a fan of arcs there counts as free too, and not only the one line.
+        let body_m = self.outline.radius_m() - self.outline.growth_m;
+        let fan_m = self.config.curvature_step_per_m / 2.0 * (wanted_m * wanted_m / 2.0 + body_m * wanted_m);
+        let corridor = self.outline.grown(2.0 * fan_m + 0.01);
+        let bearing = record.goal_bearing_rad;
+        choose_turn(&self.outline, &corridor, seen.nearest_first, bearing, wanted_m + 0.05, keep)
+    }
+
+    /// Least free length of an arc that is driven on. A robot that hardly moves asks for more than
+    /// one under way: what made it stop does not look free again at the next tick.
+    fn enough_m(&self, current: Twist2, goal_distance_m: f64) -> f64 {
+        let (least, most) = (self.config.turn_below_m, self.config.resume_above_m);
+        let share = (current.linear_mps / UNDER_WAY_MPS).clamp(0.0, 1.0);
+        (most + (least - most) * share)
+            .min(goal_distance_m + self.config.turning_room_m)
+            .min(self.config.horizon_m)
+    }
+
+    fn turn_in_place(&self, record: &mut AvoidanceRecord, seen: &Seen, turn: Option<Turn>, drivable: bool) {
+        let Seen { current, dt_s, window, .. } = *seen;
         let brake_for = |reason| Why::Braking { reason };
         if current.linear_mps.abs() > AT_REST_MPS || window.linear_lo_mps > 0.0 {
-            let stoppable = self.can_stop(record.twist, seen);
-            record.why = brake_for(if stoppable { BrakeReason::StopsToTurn } else { BrakeReason::TooFast });
+            // Along the present arc if that is clear; else the clear way of stopping nearest to it.
+            let (linear, angular) = (record.twist.linear_mps, record.twist.angular_radps);
+            let spread = window.angular_hi_radps - window.angular_lo_radps;
+            let clear = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0]
+                .map(|share| angular + share * spread)
+                .map(|w| Twist2::new(linear, w.clamp(window.angular_lo_radps, window.angular_hi_radps)))
+                .into_iter()
+                .find(|&twist| self.can_stop(twist, seen));
+            record.twist = clear.unwrap_or(record.twist);
+            record.why =
+                brake_for(if clear.is_some() { BrakeReason::StopsToTurn } else { BrakeReason::TooFast });
             return;
         }
-        if somewhere_free && current.angular_radps.abs() > TURNING_RADPS {
+        if drivable && current.angular_radps.abs() > TURNING_RADPS {
             record.why = brake_for(BrakeReason::EndsTurn);
             return;
         }
-        let wanted_m = self
-            .config
-            .resume_above_m
-            .min(record.goal_distance_m + self.config.turning_room_m)
-            .min(self.config.horizon_m);
-        let turn = choose_turn(&self.outline, nearest_first, record.goal_bearing_rad, wanted_m, turning);
         let Some(turn) = turn else {
             record.why = brake_for(BrakeReason::NoRoomToTurn);
             return;
         };
-        // As fast as still stops at the heading wanted: ω·(latency + tick) + ω²/2α ≤ angle.
-        let delay = self.limits.angular_radps2 * (self.config.latency_s + dt_s);
-        let room = 2.0 * self.limits.angular_radps2 * turn.angle_rad.min(turn.free_rad);
+        if turn.angle_rad < AT_HEADING_RAD {
+            record.why = brake_for(BrakeReason::NothingFree);
+            return;
+        }
+        // As fast as still stops at the heading wanted: ω·tick + ω²/2α ≤ what is left of the angle
+        // when the command takes effect.
+        let side = if turn.side == Side::Left { 1.0 } else { -1.0 };
+        let ahead_rad = (side * current.angular_radps).max(0.0) * self.config.latency_s;
+        let left_rad = (turn.angle_rad.min(turn.free_rad) - ahead_rad).max(0.0);
+        let delay = self.limits.angular_radps2 * dt_s;
+        let room = 2.0 * self.limits.angular_radps2 * left_rad;
         let rate = (room / (delay + (delay * delay + room).sqrt()))
             .min(self.config.turn_rate_radps)
             .min(self.limits.angular_radps);
-        let wanted = if turn.side == Side::Left { rate } else { -rate };
-        let angular = wanted.clamp(window.angular_lo_radps, window.angular_hi_radps);
+        let angular = (side * rate).clamp(window.angular_lo_radps, window.angular_hi_radps);
         let twist = Twist2::new(0.0, angular);
         if !self.can_stop(twist, seen) {
             record.why = brake_for(BrakeReason::NoRoomToTurn);
             return;
         }
-        let to_heading_rad = if turn.side == Side::Left { turn.angle_rad } else { -turn.angle_rad };
+        let to_heading_rad = side * turn.angle_rad;
         record.twist = twist;
         record.why = Why::TurningInPlace { direction: turn.side, to_heading_rad };
     }
@@ -241,6 +317,7 @@ impl Cvm {
         let motion = BrakingMotion {
             limits: &self.limits,
             current: seen.current,
+            pending: seen.pending,
             command,
             latency_s: self.config.latency_s,
             dt_s: seen.dt_s,
@@ -281,6 +358,8 @@ impl Cvm {
 /// What one choice looks at.
 struct Seen<'a> {
     current: Twist2,
+    /// What the robot drives towards until this choice takes effect.
+    pending: Twist2,
     dt_s: f64,
     window: Window,
     nearest_first: &'a [(f64, Point2)],
@@ -292,7 +371,10 @@ fn turning_side(current: Twist2) -> Option<Side> {
     turns.then_some(if current.angular_radps > 0.0 { Side::Left } else { Side::Right })
 }
 
-/// As slow as the window allows.
-fn brake(window: &Window) -> Twist2 {
-    Twist2::new(window.linear_lo_mps, 0f64.clamp(window.angular_lo_radps, window.angular_hi_radps))
+/// As slow as the window allows, along the present arc: what was found clear before stays clear.
+fn brake(window: &Window, current: Twist2) -> Twist2 {
+    let linear = window.linear_lo_mps;
+    let arc = if current.linear_mps.abs() > AT_REST_MPS { linear / current.linear_mps.abs() } else { 0.0 };
+    let angular = current.angular_radps * arc.min(1.0);
+    Twist2::new(linear, angular.clamp(window.angular_lo_radps, window.angular_hi_radps))
 }

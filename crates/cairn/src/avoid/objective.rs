@@ -1,4 +1,4 @@
-use std::f64::consts::PI;
+use std::f64::consts::{PI, TAU};
 
 use serde::Serialize;
 
@@ -6,6 +6,9 @@ use super::config::CvmConfig;
 use super::record::ArcInterval;
 use crate::geometry::{Twist2, wrap_angle};
 use crate::robot::Limits;
+
+/// Radius of a turn that the robot makes at an easy speed \[m\].
+const TURNING_RADIUS_M: f64 = 0.5;
 
 /// Speeds that limits and accelerations allow until the end of the tick.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -89,13 +92,21 @@ impl Objective<'_> {
     pub fn speed_cap_mps(&self, interval: &ArcInterval) -> f64 {
         let tightest = interval.curvature_lo.abs().max(interval.curvature_hi.abs());
         let a = self.limits.linear_mps2.min(self.limits.angular_radps2 / tightest.max(1e-9));
-        let room_m = (interval.distance_m - self.config.turning_room_m).min(self.goal_distance_m);
+        let room_m = (interval.distance_m - self.config.turning_room_m).min(self.goal_room_m());
         if room_m <= 0.0 {
             return 0.0;
         }
         let delay = a * (self.config.latency_s + self.dt_s);
         // The stable form of −delay + √(delay² + 2 a D).
         2.0 * a * room_m / (delay + (delay * delay + 2.0 * a * room_m).sqrt())
+    }
+
+    /// How far the robot may run before it must be able to stop for the goal: as far ahead as the
+    /// goal is, or up to a turning circle's width from it. Beside a near goal it slows down and
+    /// turns to it, instead of circling round it.
+    fn goal_room_m(&self) -> f64 {
+        let circle_m = 2.0 * TURNING_RADIUS_M;
+        (self.goal_distance_m * self.goal_bearing_rad.cos()).max(self.goal_distance_m - circle_m).max(0.0)
     }
 
     /// Least forward speed that counts as driving \[m/s\].
@@ -115,7 +126,9 @@ impl Objective<'_> {
             return None;
         }
         let (c_lo, c_hi) = (interval.curvature_lo, interval.curvature_hi);
-        let kink = wrap_angle(self.goal_bearing_rad) / self.config.heading_time_s;
+        // The goal's direction, and the same direction a full turn on.
+        let kinks = [0.0, -TAU, TAU]
+            .map(|turn| (wrap_angle(self.goal_bearing_rad) + turn) / self.config.heading_time_s);
         let mut best: Option<(f64, Twist2, [f64; 3])> = None;
         let mut offer = |tv: f64, rv: f64| {
             let inside = (tv_lo..=tv_hi).contains(&tv)
@@ -132,11 +145,12 @@ impl Objective<'_> {
             }
         };
         for tv in [tv_hi, tv_lo] {
-            for rv in [kink, c_lo * tv, c_hi * tv, w.angular_lo_radps, w.angular_hi_radps] {
+            for rv in [c_lo * tv, c_hi * tv, w.angular_lo_radps, w.angular_hi_radps] {
                 offer(tv, rv);
             }
+            kinks.into_iter().for_each(|rv| offer(tv, rv));
         }
-        for rv in [kink, w.angular_lo_radps, w.angular_hi_radps] {
+        for rv in kinks.into_iter().chain([w.angular_lo_radps, w.angular_hi_radps]) {
             for c in [c_lo, c_hi] {
                 if c != 0.0 {
                     offer(rv / c, rv);

@@ -65,6 +65,8 @@ pub enum BrakeReason {
     TooFast,
     /// No forward arc is free and there is no room to turn.
     NoRoomToTurn,
+    /// No forward arc is free and no heading is better than the present one.
+    NothingFree,
     /// An obstacle is within the margin and no motion gains clearance.
     CannotGainClearance,
     /// The goal is under the robot.

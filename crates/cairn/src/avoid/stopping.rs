@@ -7,12 +7,13 @@ const STRIDE_M: f64 = 0.02;
 
 /// The exact braking motion of a command: what the robot does if this is its last one.
 ///
-/// For the latency it keeps its `current` twist; then both speeds change towards `command` at the
-/// limits until the tick is over; then both fall to zero together, along one curvature.
+/// For the latency it changes from its `current` twist towards the `pending` command; then both
+/// speeds change towards `command` at the limits until the tick is over; then both fall to zero together, along one curvature.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BrakingMotion<'a> {
     pub limits: &'a Limits,
     pub current: Twist2,
+    pub pending: Twist2,
     pub command: Twist2,
     pub latency_s: f64,
     pub dt_s: f64,
@@ -54,7 +55,7 @@ impl BrakingMotion<'_> {
             }
             true
         };
-        if !stretch(&mut pose, &mut twist, self.current, self.latency_s, true)
+        if !stretch(&mut pose, &mut twist, self.pending, self.latency_s, false)
             || !stretch(&mut pose, &mut twist, self.command, self.dt_s, false)
         {
             return false;

@@ -27,11 +27,12 @@ pub(super) fn free_turn_rad(outline: &GrownBox, nearest_first: &[(f64, Point2)],
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Where to turn: the heading nearest to the goal's with `wanted_m` of straight way free, else the
-/// most open one. `keep` is the side the robot turns to already: it stays with it if that leads
+/// Where to turn: the heading nearest to the goal's with `wanted_m` of straight way free for
+/// `corridor`, else the most open one. `outline` is what must not touch while turning. `keep` is the side the robot turns to already: it stays with it if that leads
 /// to a free heading at all, so that it does not waver.
 pub(super) fn choose_turn(
     outline: &GrownBox,
+    corridor: &GrownBox,
     nearest_first: &[(f64, Point2)],
     goal_bearing_rad: f64,
     wanted_m: f64,
@@ -39,24 +40,24 @@ pub(super) fn choose_turn(
 ) -> Option<Turn> {
     let free = [Side::Left, Side::Right].map(|side| free_turn_rad(outline, nearest_first, side));
     let mut best: Option<((u8, f64), Turn)> = None;
-    for i in 0..HEADINGS {
-        // The goal's own direction is among the headings.
-        let heading = wrap_angle(goal_bearing_rad + i as f64 * TAU / HEADINGS as f64);
+    // Besides a rose of headings, the present one and the goal's.
+    let rose = (0..HEADINGS).map(|i| wrap_angle(goal_bearing_rad + i as f64 * TAU / HEADINGS as f64));
+    for heading in std::iter::once(0.0).chain(rose) {
         let (sin, cos) = heading.sin_cos();
         let mut open_m = wanted_m;
         for &(distance_m, p) in nearest_first {
-            if distance_m - outline.radius_m() >= open_m {
+            if distance_m - corridor.radius_m() >= open_m {
                 break;
             }
             let seen = Point2::new(cos * p.x + sin * p.y, -sin * p.x + cos * p.y);
-            open_m = outline.first_contact_m(seen, 0.0).min(open_m);
+            open_m = corridor.first_contact_m(seen, 0.0).min(open_m);
         }
         for (side, free_rad) in [Side::Left, Side::Right].into_iter().zip(free) {
             let angle_rad = match side {
                 Side::Left => heading.rem_euclid(TAU),
                 Side::Right => (-heading).rem_euclid(TAU),
             };
-            if angle_rad > free_rad || angle_rad < 0.02 {
+            if angle_rad > free_rad {
                 continue;
             }
             let other_side = keep.is_some_and(|k| k != side);

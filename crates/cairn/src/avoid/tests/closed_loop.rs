@@ -5,8 +5,6 @@ use crate::geometry::{Point2, Pose2, Twist2};
 pub struct Run {
     pub arrived: bool,
     pub clearance_m: f64,
-    pub time_s: f64,
-    pub end: Pose2,
     pub turns: usize,
 }
 
@@ -14,29 +12,14 @@ pub struct Run {
 pub fn drive(config: &CvmConfig, start: Pose2, goal: Point2, obstacles: &[Point2], seconds: f64) -> Run {
     let cvm = Cvm::new(config, &LIMITS, &P3AT).unwrap();
     let (mut pose, mut twist, mut pending) = (start, Twist2::ZERO, Twist2::ZERO);
-    let mut run = Run { arrived: false, clearance_m: f64::INFINITY, time_s: 0.0, end: start, turns: 0 };
-    let trace = std::env::var("TRACE").is_ok();
-    for tick in 0..(seconds * 10.0) as usize {
+    let mut run = Run { arrived: false, clearance_m: f64::INFINITY, turns: 0 };
+    for _ in 0..(seconds * 10.0) as usize {
         let robot_from_world = pose.inverse();
         let seen: Vec<Point2> =
             obstacles.iter().map(|&p| robot_from_world * p).filter(|p| p.norm() < 4.0).collect();
         let to_goal = pose.position().distance(goal);
-        let record: AvoidanceRecord = cvm.choose(twist, pose.bearing_to(goal), to_goal, &seen, 0.1);
-        if trace && tick % 5 == 0 {
-            println!(
-                "{:5.1} pose {:6.2} {:6.2} {:5.2} v {:5.2} w {:5.2} cmd {:5.2} {:5.2} clr {:5.3} {:?}",
-                tick as f64 * 0.1,
-                pose.x,
-                pose.y,
-                pose.heading,
-                twist.linear_mps,
-                twist.angular_radps,
-                record.twist.linear_mps,
-                record.twist.angular_radps,
-                record.clearance_m,
-                record.why
-            );
-        }
+        let record: AvoidanceRecord =
+            cvm.choose_after(twist, Some(pending), pose.bearing_to(goal), to_goal, &seen, 0.1);
         run.turns += usize::from(matches!(record.why, Why::TurningInPlace { .. }));
         for _ in 0..5 {
             let next = LIMITS.reachable(twist, pending, 0.02);
@@ -52,8 +35,6 @@ pub fn drive(config: &CvmConfig, start: Pose2, goal: Point2, obstacles: &[Point2
             }
         }
         pending = record.twist;
-        run.time_s = (tick + 1) as f64 * 0.1;
-        run.end = pose;
         if pose.position().distance(goal) < 0.15 {
             run.arrived = true;
             break;
@@ -62,20 +43,12 @@ pub fn drive(config: &CvmConfig, start: Pose2, goal: Point2, obstacles: &[Point2
     run
 }
 
-fn show(name: &str, run: &Run) {
-    println!(
-        "{name}: arrived {} in {:.1} s, clearance {:.3} m, {} turning ticks, end {:?}",
-        run.arrived, run.time_s, run.clearance_m, run.turns, run.end
-    );
-}
-
 #[test]
 fn an_empty_place_is_crossed_to_a_goal_in_any_direction() {
     for i in 0..12 {
         let angle = f64::from(i) * std::f64::consts::TAU / 12.0;
         let goal = Point2::new(4.0 * angle.cos(), 4.0 * angle.sin());
         let run = drive(&CvmConfig::default(), Pose2::IDENTITY, goal, &[], 40.0);
-        show(&format!("empty {i}"), &run);
         assert!(run.arrived);
     }
 }
@@ -86,15 +59,15 @@ fn a_box_on_the_way_is_driven_round() {
     for shape in [Shape::Footprint, Shape::Disc] {
         let config = CvmConfig { shape, ..CvmConfig::default() };
         let run = drive(&config, Pose2::IDENTITY, Point2::new(5.0, 0.0), &obstacles, 60.0);
-        show("box", &run);
         assert!(run.arrived && run.clearance_m > 0.0);
     }
 }
 
 #[test]
 fn a_corridor_is_followed() {
-    let mut obstacles = wall((-1.0, 0.8), (10.0, 0.8));
-    obstacles.extend(wall((-1.0, -0.8), (10.0, -0.8)));
+    let mut obstacles = wall((-3.0, 0.8), (10.0, 0.8));
+    obstacles.extend(wall((-3.0, -0.8), (10.0, -0.8)));
+    obstacles.extend(wall((-3.0, -0.8), (-3.0, 0.8)));
     for heading in [-1.2, -0.5, 0.0, 0.7, 2.8] {
         let run = drive(
             &CvmConfig::default(),
@@ -103,7 +76,6 @@ fn a_corridor_is_followed() {
             &obstacles,
             60.0,
         );
-        show(&format!("corridor {heading}"), &run);
         assert!(run.arrived && run.clearance_m > 0.0);
     }
 }
@@ -120,7 +92,6 @@ fn a_door_of_one_metre_is_passed_from_many_sides() {
             &obstacles,
             90.0,
         );
-        show(&format!("door {y} {heading}"), &run);
         assert!(run.arrived && run.clearance_m > 0.0);
     }
 }
@@ -128,21 +99,19 @@ fn a_door_of_one_metre_is_passed_from_many_sides() {
 #[test]
 fn posts_are_slalomed_without_a_touch() {
     let mut arrived = 0;
-    for seed in 0..100 {
+    for seed in 0..50 {
         let mut dice = Dice(seed);
         let mut obstacles = Vec::new();
-        for _ in 0..14 {
+        for _ in 0..18 {
             let (x, y) = (dice.between(1.2, 7.0), dice.between(-2.5, 2.5));
             obstacles.extend(block((x, y), dice.between(0.05, 0.4), dice.between(0.05, 0.4)));
         }
         let run = drive(&CvmConfig::default(), Pose2::IDENTITY, Point2::new(8.3, 0.0), &obstacles, 90.0);
-        if !run.arrived || run.clearance_m < 0.035 {
-            show(&format!("posts {seed}"), &run);
-        }
-        assert!(run.clearance_m > 0.0);
+        assert!(run.clearance_m > 0.035, "seed {seed}: {}", run.clearance_m);
         arrived += usize::from(run.arrived);
     }
-    println!("posts: {arrived} of 100 arrived");
+    // The others circle in a local minimum, which is for the strategy to see.
+    assert!(arrived >= 38, "{arrived} of 50 arrived");
 }
 
 #[test]
@@ -151,6 +120,5 @@ fn in_a_dead_end_it_turns_and_touches_nothing() {
     obstacles.extend(wall((-1.0, -0.7), (4.0, -0.7)));
     obstacles.extend(wall((4.0, -0.7), (4.0, 0.7)));
     let run = drive(&CvmConfig::default(), Pose2::IDENTITY, Point2::new(6.0, 0.0), &obstacles, 60.0);
-    show("dead end", &run);
     assert!(run.clearance_m > 0.0 && run.turns > 0);
 }

@@ -1,3 +1,5 @@
 mod closed_loop;
 mod contacts;
+mod inputs;
+mod oracle;
 mod support;
