@@ -248,7 +248,6 @@ def test_an_early_stop_changes_no_bit_of_the_result(engine):
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_intermediate_costs_do_not_depend_on_how_the_nodes_are_numbered(engine):
-    # In place this needs DP(j, j) to read a copy of its layer.
     rng = np.random.default_rng(10)
     for _ in range(300):
         case = random_graph(rng, "integers")
@@ -261,6 +260,17 @@ def test_intermediate_costs_do_not_depend_on_how_the_nodes_are_numbered(engine):
                 *renumbered, number[case.goals], engine=engine, max_levels=levels
             )
             np.testing.assert_array_equal(a.native, b.native[number])
+
+
+@pytest.mark.parametrize("numbers", list(itertools.permutations([1, 2, 3])))
+def test_in_place_an_operation_on_its_own_layer_reads_a_copy_of_it(numbers):
+    # Layer 1 is a -> b -> c, cheap within, cheap to the goal from c alone.
+    a, b, c = numbers
+    edges = [(a, 0), (b, 0), (c, 0), (a, b), (b, c)]
+    graph = cairn.graph_from_edges(4, edges, [100, 100, 1, 1, 1])
+    for levels, expected in [(1, [100, 100, 1]), (2, [100, 2, 1]), (3, [3, 2, 1])]:
+        result = cairn.plan_layered(*graph, 0, engine="in_place", max_levels=levels)
+        assert result.native[[a, b, c]].tolist() == expected
 
 
 @pytest.mark.parametrize("engine", ["levelled", "in_place"])
