@@ -38,17 +38,20 @@ class Progress:
             self._live.update(self._table(now), refresh=True)
 
     def _table(self, now: float) -> Table:
-        table = Table(box=None, show_header=False, pad_edge=False)
+        table = Table(box=None, show_header=False, pad_edge=False, expand=True)
+        for ratio in (None, None, None, None, None, None, 1):
+            table.add_column(no_wrap=True, overflow="ellipsis", ratio=ratio)
         for tick in self._ticks.values():
+            mode, (_, _, why) = tick.decision.mode, tick.decision.sentence.partition(":")
             factor = tick.time_s / max(now - self._began, 1e-6)
             table.add_row(
                 f"[bold]{self._name if len(self._ticks) == 1 else tick.robot}[/]",
                 f"{tick.time_s:6.1f} s",
-                f"[dim]{factor:.1f}× real time[/]",
+                f"[dim]{factor:.0f}×[/]",
                 self._to_go(tick),
                 self._left(tick, factor),
-                f"[cyan]{tick.decision.mode}[/]",
-                f"[dim]{tick.decision.sentence}[/]",
+                f"[cyan]{mode.replace('_', ' ')}[/]",
+                f"[dim]{why.strip()}[/]",
             )
         return table
 
@@ -66,7 +69,7 @@ class Progress:
         if covered < 0.5 or took <= 0:
             return ""
         left_s = min(tick.distance_to_go_m * took / covered, self._limit_s - tick.time_s) / factor
-        return f"about {left_s:.0f} s left"
+        return f"{left_s:.0f} s left"
 
     def __enter__(self) -> Self:
         """Start showing."""

@@ -237,7 +237,7 @@ def _world_from_pixels(world: World) -> Affine2D:
 
 
 def _centres(world: World) -> tuple[np.ndarray, np.ndarray]:
-    points = world.point_of(np.stack(np.indices(world.shape), axis=-1))
+    points = world.point_of(np.moveaxis(np.indices(world.shape), 0, -1))
     return points[..., 0], points[..., 1]
 
 
@@ -267,9 +267,15 @@ def _draw_robot(axes: Axes, result: Result, robot: RobotResult, several: bool) -
         LineCollection(list(pieces[~jumps]), colors=list(colours[~jumps]), linewidths=2.4,
                        zorder=5, capstyle="round")
     )  # fmt: skip
-    for piece in pieces[jumps]:
-        axes.annotate("", xy=piece[1], xytext=piece[0], zorder=7,
-                      arrowprops={"arrowstyle": "->", "color": "#d1495b", "lw": 1.6})  # fmt: skip
+    for before, after in pieces[jumps]:
+        axes.annotate(
+            "", xy=after, xytext=before, zorder=7,
+            arrowprops={"arrowstyle": "->", "color": "#d1495b", "lw": 1.6, "shrinkA": 0},
+        )  # fmt: skip
+        axes.annotate(
+            "shoved", xy=(before + after) / 2, xytext=(-8, -3), textcoords="offset points",
+            ha="right", va="top", fontsize=8.5, color="#d1495b", zorder=7,
+        )  # fmt: skip
     _draw_outlines(axes, truth, trace.mode, result)
     _mark_start(axes, (truth[0, 0], truth[0, 1]), robot.name if several else "start")
     for number, goal in enumerate(robot.goals, start=1):

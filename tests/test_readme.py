@@ -1,0 +1,36 @@
+import re
+from pathlib import Path
+
+import cairn
+from cairn.missions import shipped
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text()
+
+
+def test_the_python_of_the_readme_works(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", README, re.S)
+    exec(code, {})
+    assert "reached goal" in capsys.readouterr().out
+
+
+def test_the_readme_names_every_scenario():
+    table = set(re.findall(r"^\| `(\w+)` \|", README, re.M))
+    assert table == set(shipped())
+
+
+def test_every_make_target_that_the_documents_name_exists():
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.M))
+    for document in ("README.md", "CONTRIBUTING.md"):
+        named = set(re.findall(r"\bmake ([a-z-]+)\b", (ROOT / document).read_text()))
+        assert named - {"a"} <= targets | {"and"}, document
+
+
+def test_every_file_that_the_documents_link_to_exists():
+    for document in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+        for link in re.findall(r"\]\(([^)#:]+)\)", document.read_text()):
+            assert (document.parent / link).exists(), f"{document.name}: {link}"
+
+
+def test_what_the_readme_uses_is_exported():
+    assert {"maps", "plan", "costmap", "Profile", "missions"} <= set(dir(cairn))
