@@ -400,7 +400,7 @@ def _note_lines(notes: dict[str, list[Note]]) -> list[str]:
     for name, own in notes.items():
         who = f"{name}, " if len(notes) > 1 else ""
         for note in own[:most]:
-            text = textwrap.shorten(note.text, 96 - len(who), placeholder=" …")
+            text = textwrap.shorten(note.text, 92 - len(who), placeholder=" …")
             lines.append(f"{note.number:2d}   {who}{text}")
         if len(own) > most:
             lines.append(f"{len(own) - most} more in summary.json")
