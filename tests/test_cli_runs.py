@@ -77,6 +77,7 @@ def test_a_goal_in_a_wall_is_refused_with_exit_code_3(command, tmp_path):
         ('map = "room"', 'map = "moon"', "MapNotFound"),
         ('pose = "odometry"', 'pose = "odometry"\nprofile = "moon"', "ProfileNotFound"),
         ('pose = "odometry"', 'pose = "localised"', "PoseSourceUnavailable"),
+        ('pose = "odometry"', 'pose = "odometry"\nnavigator = { speed = 1 }', "ScenarioInvalid"),
         ('place = "start"', "x_m = 3.2\ny_m = 0.5", "StandsInObstacle"),
     ],
 )
@@ -85,6 +86,13 @@ def test_what_does_not_exist_is_exit_code_2_with_its_name(command, tmp_path, old
     code, _, complaints = command("run", tmp_path / "mission.toml")
     assert code == 2
     assert complaint in complaints
+
+
+def test_a_folder_that_cannot_be_written_is_exit_code_2(command, tmp_path):
+    (tmp_path / "taken").write_text("a file")
+    code, _, complaints = command("run", "quick", "--record", tmp_path / "taken")
+    assert code == 2
+    assert "taken" in complaints
 
 
 def test_a_map_beside_the_scenario_is_found_from_anywhere(command, tmp_path):

@@ -1,6 +1,8 @@
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from cairn.errors import ScenarioInvalid, ScenarioNotFound
 from cairn.missions import Scenario
@@ -145,3 +147,22 @@ def test_two_robots_of_one_name_are_refused():
     robot = '[[robots]]\nname = "a"\nstart = { x_m = 1.0, y_m = 1.0 }\n'
     text = GOOD.replace("[start]\nx_m = 1.0\ny_m = 1.0\n", robot + robot)
     assert "same name" in refusal(text).reason
+
+
+@given(cut=st.integers(0, len(GOOD)), put=st.text(max_size=12), skip=st.integers(0, 40))
+def test_a_damaged_file_is_read_or_refused_with_a_reason_and_never_more(cut, put, skip):
+    damaged = GOOD[:cut] + put + GOOD[cut + skip :]
+    try:
+        parse(damaged, Path("mission.toml"))
+    except ScenarioInvalid as error:
+        assert error.reason  # noqa: PT017
+        assert str(error).startswith("mission.toml")  # noqa: PT017
+
+
+def test_every_line_of_a_scenario_is_found_by_its_key():
+    for number, line in enumerate(GOOD.splitlines(), start=1):
+        if "=" in line and not line.startswith(("do", "place")):
+            key, value = line.split(" = ")
+            lines = GOOD.splitlines()
+            lines[number - 1] = f"{key} = [{value}]"
+            assert refusal("\n".join(lines)).line == number, line

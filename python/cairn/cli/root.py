@@ -43,7 +43,7 @@ def main() -> None:
     """Run the command line; bad input ends with one line of complaint and code 2."""
     try:
         app()
-    except cairn.errors.CairnError as error:
+    except (cairn.errors.CairnError, OSError) as error:
         complain(error)
         sys.exit(EXIT_USAGE)
 

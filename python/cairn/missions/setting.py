@@ -74,17 +74,33 @@ def build(scenario: Scenario, seed: int) -> Setting:
             for entry, start, own_seed in zip(scenario.starts, starts, seeds, strict=True)
         ]
         bodies = robots.MujocoWorld(scene, specs).robots
-    config = scenario.navigator or None
     agents = [
         Agent(
             entry.name,
             body,
-            cairn.Navigator(profile, known, start=start, config=config),
+            _navigator(scenario, profile, known, start),
             [*scenario.goals, *entry.goals],
         )
         for entry, body, start in zip(scenario.starts, bodies, starts, strict=True)
     ]
     return Setting(world, known, agents)
+
+
+def _navigator(
+    scenario: Scenario, profile: cairn.Profile, known: World | None, start: Pose
+) -> cairn.Navigator:
+    try:
+        return cairn.Navigator(profile, known, start=start, config=scenario.navigator or None)
+    except ValueError as error:
+        if isinstance(error, errors.CairnError):
+            raise
+        raise errors.ScenarioInvalid(
+            f"scenario `{scenario.name}`: `navigator`: {error}",
+            path=str(scenario.folder or ""),
+            line=None,
+            key="navigator",
+            reason=str(error),
+        ) from error
 
 
 def _box(box: Box) -> robots.Box:
