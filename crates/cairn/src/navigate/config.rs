@@ -17,6 +17,8 @@ pub struct NavigatorConfig {
     pub arrival_m: f64,
     /// An intermediate goal counts as reached when this near \[m\].
     pub intermediate_reach_m: f64,
+    /// An avoidance lasts at least this long, unless its goal is reached \[s\].
+    pub least_avoidance_s: f64,
     /// Farther off the path than this, the pointers of the field are walked anew \[m\].
     pub off_path_m: f64,
     /// How far a start inside the margin may be from the nearest free place \[m\].
@@ -49,6 +51,7 @@ impl Default for NavigatorConfig {
             clearance_m: 0.05,
             arrival_m: 0.1,
             intermediate_reach_m: 0.4,
+            least_avoidance_s: 1.0,
             off_path_m: 0.6,
             escape_m: 1.0,
             fruitless_plans: 4,

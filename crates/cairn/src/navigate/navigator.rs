@@ -134,7 +134,9 @@ pub struct Navigator {
     waypoints: Vec<Point2>,
     intermediate: Option<usize>,
     outcome: Option<Result<(), Refusal>>,
+    refusal: Option<Refusal>,
     plan_wanted: bool,
+    avoiding_s: f64,
     plan_count: u32,
     fruitless: u32,
     planned_at: Option<Point2>,
@@ -196,7 +198,9 @@ impl Navigator {
             waypoints: Vec::new(),
             intermediate: None,
             outcome: None,
+            refusal: None,
             plan_wanted: false,
+            avoiding_s: 0.0,
             plan_count: 0,
             fruitless: 0,
             planned_at: None,
@@ -258,12 +262,13 @@ impl Navigator {
         self.locate(input)?;
         let pose = self.odometry.pose();
         self.map.integrate(pose, &self.profile, input.ranges_m)?;
-        self.map.clear_disc(pose.position(), self.profile.footprint.inscribed_radius_m());
+        self.free_own_place(pose);
 
         let mode_before = self.mode;
         let (event, percept) = self.perceive(input.dt_s);
         let (mode, reason) = self.strategy.step(mode_before, event);
         let plan = self.enter(mode, reason);
+        self.avoiding_s = if mode == Mode::ObstacleAvoidance { self.avoiding_s + input.dt_s } else { 0.0 };
 
         let mut rewalked = false;
         let mut tracking: Option<TrackingRecord> = None;
@@ -368,6 +373,21 @@ impl Navigator {
         Ok(())
     }
 
+    /// Nothing but the robot stands where the robot stands, whatever an echo's arc said.
+    fn free_own_place(&mut self, pose: Pose2) {
+        let Footprint { length_m, width_m } = self.profile.footprint;
+        let cell_m = self.map.geometry().resolution_m;
+        let along = |length: f64| (length / cell_m).ceil() as i32;
+        let (n, m) = (along(length_m), along(width_m));
+        for i in 0..=n {
+            for j in 0..=m {
+                let x = length_m * (f64::from(i) / f64::from(n) - 0.5);
+                let y = width_m * (f64::from(j) / f64::from(m) - 0.5);
+                self.map.clear_disc(pose * Point2::new(x, y), cell_m / 2.0);
+            }
+        }
+    }
+
     /// Reduces what is known now to the event that matters most in this mode.
     fn perceive(&mut self, dt_s: f64) -> (Event, Percept) {
         let mut percept = Percept::default();
@@ -455,7 +475,7 @@ impl Navigator {
         }
         let trap = self.trap.step(position, self.way_to_go_m(position, free), dt_s);
         percept.trap = Some(trap);
-        if self.reached(position, free) {
+        if self.reached(position, free) || self.sees_straight_to(position, free) {
             let way = self.look(position, (free + 1).min(self.waypoints.len() - 1));
             let event = match (way.blocked, way.free_beyond) {
                 (None, _) => Event::WayClear,
@@ -487,7 +507,12 @@ impl Navigator {
                 self.task = None;
                 self.status = TaskStatus::Cancelled;
             }
-            Reason::GoalUnattainable if entered => self.task = None,
+            Reason::GoalUnattainable if entered => {
+                self.task = None;
+                if let Some(refusal) = self.refusal.take() {
+                    self.status = TaskStatus::Refused { refusal };
+                }
+            }
             Reason::Arrived if entered && matches!(self.task, Some(Task::Goal { .. })) => {
                 self.task = None;
                 self.status = TaskStatus::Reached;
@@ -527,7 +552,7 @@ impl Navigator {
         });
         let refusal = result.as_ref().err().copied();
         if let Some(refusal) = refusal {
-            self.status = TaskStatus::Refused { refusal };
+            self.refusal = Some(refusal);
             self.path.clear();
             self.waypoints.clear();
         }
@@ -655,6 +680,19 @@ impl Navigator {
             free_radius_m: self.free_radius_m(),
         };
         look_ahead(position, &self.waypoints, next, &self.unplanned_near(position), &look)
+    }
+
+    /// Nothing at all, planned or not, stands between `position` and waypoint `index`, and the robot
+    /// has been avoiding long enough to have seen what there is.
+    fn sees_straight_to(&self, position: Point2, index: usize) -> bool {
+        if self.avoiding_s < self.config.least_avoidance_s {
+            return false;
+        }
+        let to = self.waypoints[index];
+        let half_width_m = self.profile.footprint.width_m / 2.0 + self.config.clearance_m;
+        let reach_m = position.distance(to) + half_width_m;
+        let near = self.map.occupied_near(position, reach_m);
+        near.iter().all(|obstacle| obstacle.distance_to_segment(position, to) >= half_width_m)
     }
 
     fn free_radius_m(&self) -> f64 {

@@ -219,12 +219,17 @@ impl WorldField {
         let robot_from_world = world_from_robot.inverse();
         let reach = (escape_m / geometry.resolution_m).ceil() as usize;
         let rows = from.row.saturating_sub(reach)..(from.row + reach + 1).min(geometry.rows);
+        // A cell counts by its centre, and the pose is not known better than a cell.
+        let body = Footprint {
+            length_m: footprint.length_m - 2.0 * geometry.resolution_m,
+            width_m: footprint.width_m - 2.0 * geometry.resolution_m,
+        };
         let mut candidates = Vec::new();
         for row in rows {
             for col in from.col.saturating_sub(reach)..(from.col + reach + 1).min(geometry.cols) {
                 let cell = Cell::new(row, col);
                 let center = geometry.center(cell);
-                if *self.occupied.at(cell) && footprint.distance(robot_from_world * center) == 0.0 {
+                if *self.occupied.at(cell) && body.distance(robot_from_world * center) == 0.0 {
                     return Err(Refusal::StartBlocked);
                 }
                 let distance_m = center.distance(start);
