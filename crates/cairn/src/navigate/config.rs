@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::caution::CautionConfig;
 use super::trap::TrapConfig;
 use crate::avoid::CvmConfig;
-use crate::locate::OdometryConfig;
+use crate::locate::{MatchingConfig, OdometryConfig};
 use crate::track::WaypointConfig;
 use crate::world::{CostmapConfig, MappingConfig};
 
@@ -29,6 +29,8 @@ pub struct NavigatorConfig {
     pub resolution_m: f64,
     /// How far around robot and goal a map is taken to reach when there is none \[m\].
     pub open_margin_m: f64,
+    /// Match ranges to the given map to correct the estimated pose.
+    pub match_map: bool,
     /// From a path to waypoints: close together is precise and slow, far apart is fast.
     pub waypoints: WaypointConfig,
     /// From occupancy to cost.
@@ -37,6 +39,8 @@ pub struct NavigatorConfig {
     pub mapping: MappingConfig,
     /// From wheels and gyroscope to a pose.
     pub odometry: OdometryConfig,
+    /// From ranges and the given map to corrections of that pose.
+    pub matching: MatchingConfig,
     /// The curvature velocity method.
     pub avoidance: CvmConfig,
     /// How careful to be where nothing has been seen yet.
@@ -57,11 +61,13 @@ impl Default for NavigatorConfig {
             fruitless_plans: 4,
             resolution_m: 0.05,
             open_margin_m: 4.0,
+            match_map: true,
             waypoints: WaypointConfig::default(),
             costmap: CostmapConfig::default(),
             mapping: MappingConfig::default(),
             odometry: OdometryConfig::default(),
-            avoidance: CvmConfig::default(),
+            matching: MatchingConfig::default(),
+            avoidance: CvmConfig { reverse_to_leave: true, ..CvmConfig::default() },
             caution: CautionConfig::default(),
             trap: TrapConfig::default(),
         }

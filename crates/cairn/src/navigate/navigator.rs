@@ -12,7 +12,7 @@ use super::trap::{TrapEvidence, TrapWatch};
 use super::way::{Look, WayAhead, first_free, look_ahead};
 use crate::avoid::{AvoidError, AvoidanceRecord, Cvm};
 use crate::geometry::{Point2, Pose2, Twist2};
-use crate::locate::{Odometry, OdometryError, WheelTravel};
+use crate::locate::{MapMatcher, MatchReport, MatchingError, Odometry, OdometryError, WheelTravel};
 use crate::robot::{Footprint, Limits, RobotProfile};
 use crate::track::{TrackError, Tracker, TrackerConfig, TrackingRecord, Waypoints};
 use crate::world::{Grid, GridGeometry, MappingError, Occupancy, OccupancyGrid, OccupancyMap};
@@ -97,6 +97,10 @@ pub enum NavigateError {
     #[error(transparent)]
     #[serde(untagged)]
     Odometry(#[from] OdometryError),
+    /// The map matcher refused its part.
+    #[error(transparent)]
+    #[serde(untagged)]
+    Matching(#[from] MatchingError),
     /// The mapper refused its part.
     #[error(transparent)]
     #[serde(untagged)]
@@ -119,6 +123,7 @@ pub struct Navigator {
     strategy: Strategy,
     odometry: Odometry,
     map: OccupancyMap,
+    matcher: Option<MapMatcher>,
     map_given: bool,
     pose_known: bool,
     tracker: Tracker,
@@ -137,6 +142,7 @@ pub struct Navigator {
     refusal: Option<Refusal>,
     plan_wanted: bool,
     avoiding_s: f64,
+    unsafe_command: bool,
     plan_count: u32,
     fruitless: u32,
     planned_at: Option<Point2>,
@@ -174,6 +180,10 @@ impl Navigator {
             Some(prior) => OccupancyMap::from_occupancy(&config.mapping, prior)?,
             None => OccupancyMap::new(&config.mapping, config.resolution_m)?,
         };
+        let matcher = match world {
+            Some(prior) if config.match_map => Some(MapMatcher::new(&config.matching, prior)?),
+            _ => None,
+        };
         let body = Footprint {
             length_m: profile.footprint.length_m + 2.0 * config.clearance_m,
             width_m: profile.footprint.width_m + 2.0 * config.clearance_m,
@@ -186,6 +196,7 @@ impl Navigator {
             body,
             strategy: Strategy::paper(),
             map,
+            matcher,
             map_given: world.is_some(),
             pose_known: start.is_some(),
             mode: Mode::Stop,
@@ -201,6 +212,7 @@ impl Navigator {
             refusal: None,
             plan_wanted: false,
             avoiding_s: 0.0,
+            unsafe_command: false,
             plan_count: 0,
             fruitless: 0,
             planned_at: None,
@@ -259,7 +271,7 @@ impl Navigator {
         self.check(input)?;
         self.tick += 1;
         self.time_s += input.dt_s;
-        self.locate(input)?;
+        let matching = self.locate(input)?;
         let pose = self.odometry.pose();
         self.map.integrate(pose, &self.profile, input.ranges_m)?;
         self.free_own_place(pose);
@@ -279,7 +291,18 @@ impl Navigator {
             Mode::PathTracking => {
                 rewalked = self.rewalk_if_off_path(pose);
                 let record = self.tracker.step(pose, measured, input.dt_s);
-                let twist = record.twist;
+                let obstacles = self.obstacles_in_robot(pose);
+                self.unsafe_command = !self.cvm.keeps_clear(measured, record.twist, &obstacles, input.dt_s);
+                let twist = if self.unsafe_command {
+                    let bearing_rad = record.target.map_or(0.0, |target| pose.bearing_to(target));
+                    let instead =
+                        self.cvm.choose(measured, bearing_rad, f64::INFINITY, &obstacles, input.dt_s);
+                    let twist = instead.twist;
+                    avoidance = Some(instead);
+                    twist
+                } else {
+                    record.twist
+                };
                 tracking = Some(record);
                 twist
             }
@@ -315,6 +338,7 @@ impl Navigator {
             pose,
             covariance: self.odometry.covariance(),
             measured,
+            matching,
             mode_before,
             event,
             mode,
@@ -364,13 +388,19 @@ impl Navigator {
     }
 
     /// Encoders and gyroscope, then the given pose, or else the given map, correct the estimate.
-    fn locate(&mut self, input: &TickInput<'_>) -> Result<(), NavigateError> {
+    fn locate(&mut self, input: &TickInput<'_>) -> Result<Option<MatchReport>, NavigateError> {
         self.odometry.predict(input.wheels, input.gyro_radps, input.dt_s)?;
         if let Some(pose) = input.world_from_robot {
             self.odometry.set_pose(pose)?;
             self.pose_known = true;
+            return Ok(None);
         }
-        Ok(())
+        Ok(match &self.matcher {
+            Some(matcher) if self.pose_known => {
+                Some(matcher.correct(&mut self.odometry, &self.profile, input.ranges_m)?)
+            }
+            _ => None,
+        })
     }
 
     /// Nothing but the robot stands where the robot stands, whatever an echo's arc said.
@@ -435,6 +465,11 @@ impl Navigator {
                 Event::ObstacleAhead
             }
             (Some(_), None) => Event::AllWaypointsBlocked,
+            (None, _) if std::mem::take(&mut self.unsafe_command) => {
+                let ahead = self.first_beyond(position, 2.0 * self.config.intermediate_reach_m);
+                self.intermediate = Some(ahead);
+                Event::ObstacleAhead
+            }
             (None, _) if trap.revisited.is_some() => Event::RegionVisitedTwice,
             (None, _) if trap.stuck => Event::LocalMinimum,
             (None, _) => Event::Nothing,
@@ -638,11 +673,15 @@ impl Navigator {
             (_, Some(Task::Goal { point })) => (pose.bearing_to(point), position.distance(point)),
             _ => (0.0, f64::INFINITY),
         };
+        let obstacles = self.obstacles_in_robot(pose);
+        self.cvm.choose(measured, bearing_rad, distance_m, &obstacles, dt_s)
+    }
+
+    /// Centres of the occupied cells that any motion could meet, robot frame \[m\].
+    fn obstacles_in_robot(&self, pose: Pose2) -> Vec<Point2> {
         let robot_from_world = pose.inverse();
         let reach_m = self.config.avoidance.horizon_m + self.profile.footprint.circumscribed_radius_m();
-        let obstacles: Vec<Point2> =
-            self.map.occupied_near(position, reach_m).into_iter().map(|p| robot_from_world * p).collect();
-        self.cvm.choose(measured, bearing_rad, distance_m, &obstacles, dt_s)
+        self.map.occupied_near(pose.position(), reach_m).into_iter().map(|p| robot_from_world * p).collect()
     }
 
     /// `twist`, no faster than can be stopped inside what was seen.
@@ -697,6 +736,14 @@ impl Navigator {
 
     fn free_radius_m(&self) -> f64 {
         self.profile.footprint.circumscribed_radius_m() + self.config.clearance_m
+    }
+
+    /// The first waypoint from the next on that is at least `distance_m` away, or the last one.
+    fn first_beyond(&self, position: Point2, distance_m: f64) -> usize {
+        let next = self.next_waypoint();
+        (next..self.waypoints.len())
+            .find(|&i| position.distance(self.waypoints[i]) >= distance_m)
+            .unwrap_or(self.waypoints.len() - 1)
     }
 
     fn next_waypoint(&self) -> usize {

@@ -170,7 +170,8 @@ impl WorldField {
 
     /// The way down the pointers from `start`: robot, cell centres, exact goal.
     ///
-    /// From inside the margin it first leaves to the nearest free place, not through anything occupied.
+    /// From inside the margin, or a pocket that margins enclose, it first leaves to the nearest place
+    /// with a finite value, not through anything occupied.
     ///
     /// # Errors
     /// The [`Refusal`] that says why there is none.
@@ -185,8 +186,6 @@ impl WorldField {
         let cell = geometry.cell_at(start).ok_or(Refusal::StartOutsideMap)?;
         let first = if self.field.cost_to_go(cell).is_finite() {
             cell
-        } else if self.costs.at(cell).is_finite() {
-            return Err(Refusal::NoPath);
         } else {
             self.escape(world_from_robot, cell, footprint, escape_m)?
         };
@@ -245,7 +244,7 @@ impl WorldField {
             .find(|&cell| {
                 self.all_along(start, geometry.center(cell), |grid_cell| !*self.occupied.at(grid_cell))
             })
-            .ok_or(Refusal::StartBlocked)
+            .ok_or(if self.costs.at(from).is_finite() { Refusal::NoPath } else { Refusal::StartBlocked })
     }
 
     /// The robot's centre may pass straight from `a` to `b`.

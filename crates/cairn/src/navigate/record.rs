@@ -10,6 +10,7 @@ use super::trap::TrapEvidence;
 use super::way::WayAhead;
 use crate::avoid::AvoidanceRecord;
 use crate::geometry::{Point2, Pose2, Twist2};
+use crate::locate::MatchReport;
 use crate::robot::Limits;
 use crate::track::TrackingRecord;
 
@@ -75,6 +76,8 @@ pub struct Decision {
     pub covariance: [[f64; 3]; 3],
     /// Measured speeds.
     pub measured: Twist2,
+    /// What matching the ranges to the map did to the pose.
+    pub matching: Option<MatchReport>,
     /// Mode before this tick.
     pub mode_before: Mode,
     /// What was perceived.
@@ -105,7 +108,8 @@ pub struct Decision {
     pub plan: Option<PlanRecord>,
     /// The fuzzy controller's reasoning.
     pub tracking: Option<TrackingRecord>,
-    /// The curvature velocity method's reasoning.
+    /// The curvature velocity method's reasoning. While tracking: it took this tick's command, because
+    /// stopping after the tracker's would have met an obstacle.
     pub avoidance: Option<AvoidanceRecord>,
     /// The command was slowed because the robot does not see far enough.
     pub caution: Option<Caution>,
