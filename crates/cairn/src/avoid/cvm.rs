@@ -152,17 +152,20 @@ impl Cvm {
 
     /// Whether `command`, as the last one before braking, keeps the body off every obstacle.
     ///
-    /// `obstacles_in_robot` as in [`Cvm::choose`]; any controller's command may be asked about.
+    /// `pending` is the command given before it, `obstacles_in_robot` as in [`Cvm::choose`]; any
+    /// controller's command may be asked about.
     pub fn keeps_clear(
         &self,
         current: Twist2,
+        pending: Twist2,
         command: Twist2,
         obstacles_in_robot: &[Point2],
         dt_s: f64,
     ) -> bool {
         let nearest_first = self.nearest_first(obstacles_in_robot);
-        let window = Window::reachable(&self.limits, current, self.config.latency_s + dt_s);
-        self.can_stop(command, &Seen { current, dt_s, window, nearest_first: &nearest_first })
+        let start = self.limits.reachable(current, pending, self.config.latency_s);
+        let window = Window::reachable(&self.limits, start, dt_s);
+        self.can_stop(command, &Seen { current, pending, dt_s, window, nearest_first: &nearest_first })
     }
 
     fn drive_or_turn(&self, record: &mut AvoidanceRecord, seen: &Seen) {

@@ -292,11 +292,18 @@ impl Navigator {
                 rewalked = self.rewalk_if_off_path(pose);
                 let record = self.tracker.step(pose, measured, input.dt_s);
                 let obstacles = self.obstacles_in_robot(pose);
-                self.unsafe_command = !self.cvm.keeps_clear(measured, record.twist, &obstacles, input.dt_s);
+                self.unsafe_command =
+                    !self.cvm.keeps_clear(measured, self.commanded, record.twist, &obstacles, input.dt_s);
                 let twist = if self.unsafe_command {
                     let bearing_rad = record.target.map_or(0.0, |target| pose.bearing_to(target));
-                    let instead =
-                        self.cvm.choose(measured, bearing_rad, f64::INFINITY, &obstacles, input.dt_s);
+                    let instead = self.cvm.choose_after(
+                        measured,
+                        Some(self.commanded),
+                        bearing_rad,
+                        f64::INFINITY,
+                        &obstacles,
+                        input.dt_s,
+                    );
                     let twist = instead.twist;
                     avoidance = Some(instead);
                     twist
@@ -674,7 +681,7 @@ impl Navigator {
             _ => (0.0, f64::INFINITY),
         };
         let obstacles = self.obstacles_in_robot(pose);
-        self.cvm.choose(measured, bearing_rad, distance_m, &obstacles, dt_s)
+        self.cvm.choose_after(measured, Some(self.commanded), bearing_rad, distance_m, &obstacles, dt_s)
     }
 
     /// Centres of the occupied cells that any motion could meet, robot frame \[m\].
