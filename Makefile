@@ -7,6 +7,7 @@ export UV_PYTHON_DOWNLOADS := never
 export UV_SYSTEM_CERTS := true
 PY := .venv/bin/python
 CAIRN := .venv/bin/cairn
+PYTHON_SOURCES := python tests examples
 
 .PHONY: run test test-slow test-rust test-python lint format setup bench lock clean
 
@@ -21,20 +22,21 @@ test-rust:
 test-python: setup
 	$(PY) -m pytest
 
+# Minutes: every shipped scenario with ten seeds, and the table of how each went.
 test-slow: setup
 	$(PY) -m pytest -m slow
 
 lint: setup
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --quiet -- -D warnings
-	$(PY) -m ruff format --check python tests
-	$(PY) -m ruff check python tests
+	$(PY) -m ruff format --check $(PYTHON_SOURCES)
+	$(PY) -m ruff check $(PYTHON_SOURCES)
 	$(PY) -m pyright
 
 format: setup
 	cargo fmt --all
-	$(PY) -m ruff format python tests
-	$(PY) -m ruff check --fix python tests
+	$(PY) -m ruff format $(PYTHON_SOURCES)
+	$(PY) -m ruff check --fix $(PYTHON_SOURCES)
 
 # uv rebuilds the brain whenever a Rust source changed (cache-keys in pyproject.toml).
 setup: .venv/bin/python

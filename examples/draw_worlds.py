@@ -56,8 +56,8 @@ class Drawing:
         self.doors[name] = ((x0 + x1) / 2, y, 0.0)
 
     def save(self, name, goals, folder):
-        origin = (*(float(v) for v in self.least), 0.0)
-        world = cairn.World(self.cells, RESOLUTION_M, origin, name=name, goals=goals)
+        x, y = (float(v) for v in self.least)
+        world = cairn.World(self.cells, RESOLUTION_M, (x, y, 0.0), name=name, goals=goals)
         path = folder / f"{name}.yaml"
         cairn.maps.save(world, path)
         if self.doors:

@@ -174,12 +174,9 @@ def test_a_goal_where_none_can_be_is_exit_code_2_with_its_name(command, goal, co
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(1800)
-def test_every_scenario_goes_as_expected_with_ten_seeds():
-    runs = list(run_many(shipped(), range(1, 11)))
-    wrong = [
-        f"{name}, seed {seed}: {record['summary']['sentence']}"
-        for (name, seed), record in runs
-        if not isinstance(record, dict) or record["summary"]["exit_code"] != 0
-    ]
-    assert wrong == []
+@pytest.mark.timeout(3600)
+def test_every_scenario_goes_as_expected_with_ten_seeds(command, capsys):
+    code, table, complaints = command("scenarios", "--seeds", 10)
+    with capsys.disabled():
+        print(f"\n{table}{complaints}")
+    assert code == 0

@@ -281,14 +281,16 @@ def test_bad_paths_poses_and_controllers_are_refused_by_name():
     with pytest.raises(errors.TrackValueOutOfRange, match="spacing_m"):
         tracker.follow([(0, 0)], spacing_m=0)
     tracker.follow([(0, 0), (1, 0)])
-    for pose, twist, dt_s, said in [
-        ((np.nan, 0, 0), (0, 0), 0.1, "x of the pose"),
-        ((0, 0, np.inf), (0, 0), 0.1, "heading"),
-        ((0, 0, 0), (0, np.nan), 0.1, "angular speed"),
-        ((0, 0, 0), (0, 0), 0.0, "duration"),
+    for pose, twist, said in [
+        ((np.nan, 0, 0), (0, 0), "x of the pose"),
+        ((0, 0, np.inf), (0, 0), "heading"),
+        ((0, 0, 0), (0, np.nan), "angular speed"),
     ]:
         with pytest.raises(errors.MeasurementNotFinite, match=said):
-            tracker.step(pose, twist, dt_s)
+            tracker.step(pose, twist, 0.1)
+    for dt_s in (0.0, -0.1, np.nan):
+        with pytest.raises(errors.TimeStepInvalid):
+            tracker.step((0, 0, 0), (0, 0), dt_s)
     with pytest.raises(errors.ControllerNotFound, match="p3at"):
         cairn.Tracker("p3dx", PROFILE)
     text = cairn.tracking.controller_text("p3at")

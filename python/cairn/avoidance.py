@@ -65,7 +65,7 @@ class Cvm:
         ValueError: an unknown setting.
     """
 
-    def __init__(self, profile: Profile, **config: Any) -> None:  # noqa: D107
+    def __init__(self, profile: Profile, **config: Any) -> None:
         config.setdefault("latency_s", profile.drive.latency_s)
         self._brain = _brain.CurvatureVelocity(profile, config)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from cairn import _brain, errors
 from cairn.profile import Profile
 from cairn.robots.robot import Pose, Twist
+from cairn.tracking import controller_text
 from cairn.world import World
 
 
@@ -83,8 +83,8 @@ class Navigator:
     Args:
         profile: the robot, or the name or file of its profile.
         world: the map to plan on; None: the robot maps as it goes.
-        start: (x, y, heading) of the robot in the world frame [m, m, rad]. Without it a given map is
-            used only once `step` is told a pose.
+        start: (x, y, heading) of the robot in the world frame [m, m, rad]. Without it a given map
+            is used only once `step` is told a pose.
         controller: name, file or TOML text of the fuzzy controller.
         config: settings that differ from `default_config`, nested like it.
 
@@ -109,7 +109,7 @@ class Navigator:
             grid = (world.occupancy, world.resolution_m, world.origin)
         self._brain = _brain.Navigator(
             self.profile,
-            _controller_text(controller),
+            controller_text(controller),
             None if config is None else dict(config),
             grid,
             None if start is None else _triple(start, "start"),
@@ -215,26 +215,6 @@ class Navigator:
 def transitions() -> list[tuple[str, str, str, str]]:
     """Every transition of the four modes: (mode, event, next mode, reason) [Maalouf06 Fig. 11]."""
     return _brain.transitions()
-
-
-def _controller_text(controller: str | Path) -> str:
-    text = str(controller)
-    if "\n" in text:
-        return text
-    if text.isidentifier():
-        shipped = files("cairn") / "data" / "controllers" / f"{text}.toml"
-        if shipped.is_file():
-            return shipped.read_text(encoding="utf-8")
-    path = Path(text)
-    if not path.is_file():
-        folder = files("cairn") / "data" / "controllers"
-        known = sorted(f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml"))
-        raise errors.ControllerNotFound(
-            f"controller `{text}` is neither a file nor one of {', '.join(known)}",
-            controller=text,
-            known=known,
-        )
-    return path.read_text(encoding="utf-8")
 
 
 def _triple(pose: ArrayLike, what: str) -> tuple[float, float, float]:

@@ -233,7 +233,8 @@ class Tracker:
             dt_s: one tick [s].
 
         Raises:
-            MeasurementNotFinite: NaN or infinity among them, or a tick that is not above 0.
+            MeasurementNotFinite: NaN or infinity among them.
+            TimeStepInvalid: the tick is not above 0.
         """
         x, y, heading = (float(value) for value in pose)
         linear, angular = (float(value) for value in twist)

@@ -51,7 +51,7 @@ class World:
     name: str = ""
     goals: Mapping[str, Place] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:  # noqa: D105
+    def __post_init__(self) -> None:
         put = lambda key, value: object.__setattr__(self, key, value)  # noqa: E731
         put("occupancy", _checked_occupancy(self.occupancy))
         put("resolution_m", _checked_number("resolution_m", self.resolution_m, least=0.0))
@@ -60,7 +60,7 @@ class World:
             put("costs", _checked_costs(self.costs, self.shape))
         put("goals", {str(name): _checked_goal(name, at) for name, at in self.goals.items()})
 
-    def __reduce__(self) -> tuple[Any, ...]:  # noqa: D105
+    def __reduce__(self) -> tuple[Any, ...]:
         return World, tuple(getattr(self, each.name) for each in fields(self))
 
     @property

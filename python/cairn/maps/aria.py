@@ -9,7 +9,6 @@ robot's home become named places. Other objects are read over.
 import math
 import shlex
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -153,8 +152,14 @@ def _read(path: Path) -> _Map:
         reason = f"{key} is {expected}, but {len(things)} follow under {section}"
         if len(things) < expected:
             refuse(errors.MapTruncated, path, reason, line=number)
-        fields: dict[str, Any] = {"expected": expected, "found": len(things)}
-        refuse(errors.MapCountMismatch, path, reason, line=number, **fields)
+        refuse(
+            errors.MapCountMismatch,
+            path,
+            reason,
+            line=number,
+            expected=expected,
+            found=len(things),
+        )
     return found
 
 

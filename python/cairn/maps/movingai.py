@@ -87,8 +87,8 @@ def load(path: str | Path, *, resolution_m: float = 1.0) -> World:
     for row, line in enumerate(cells):
         if len(line) != cols:
             reason = f"the row has {len(line)} characters, the width is {cols}"
-            fields = {"line": body + row + 1, "expected": cols, "found": len(line)}
-            refuse(errors.MapCountMismatch, path, reason, **fields)
+            at = body + row + 1
+            refuse(errors.MapCountMismatch, path, reason, line=at, expected=cols, found=len(line))
     occupancy = np.empty((rows, cols), np.uint8)
     for row, line in enumerate(cells):
         try:

@@ -49,14 +49,18 @@ pub enum TrackError {
         /// What is wrong with it.
         cause: FuzzyError,
     },
-    /// A pose, a twist or a duration is not a finite number.
-    #[error("{quantity} is {value}, must be a finite number{more}")]
+    /// A pose or a twist is not finite.
+    #[error("{what} is {value}: it must be a finite number")]
     MeasurementNotFinite {
-        /// Which one.
-        quantity: String,
+        /// Which number of it.
+        what: String,
         /// What was given.
         value: f64,
-        /// What else it must be.
-        more: String,
+    },
+    /// A tick's duration is not positive.
+    #[error("dt is {dt_s} s: it must be a finite number greater than 0")]
+    TimeStepInvalid {
+        /// What was given.
+        dt_s: f64,
     },
 }

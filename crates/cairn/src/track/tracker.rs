@@ -231,8 +231,8 @@ impl Tracker {
     /// As [`Self::step`].
     ///
     /// # Errors
-    /// [`TrackError::MeasurementNotFinite`] names the first number that is not finite; a duration
-    /// must be above 0.
+    /// [`TrackError::MeasurementNotFinite`] names the first number that is not finite;
+    /// [`TrackError::TimeStepInvalid`]: the duration is not above 0.
     pub fn try_step(
         &mut self,
         world_from_robot: Pose2,
@@ -370,25 +370,16 @@ impl TrackingRecord {
 }
 
 fn check_measured(world_from_robot: Pose2, current: Twist2, dt_s: f64) -> Result<(), TrackError> {
-    for (quantity, value) in [
+    for (what, value) in [
         ("x of the pose", world_from_robot.x),
         ("y of the pose", world_from_robot.y),
         ("heading of the pose", world_from_robot.heading),
         ("linear speed", current.linear_mps),
         ("angular speed", current.angular_radps),
-        ("duration of the tick", dt_s),
     ] {
         if !value.is_finite() {
-            let more = String::new();
-            return Err(TrackError::MeasurementNotFinite { quantity: quantity.to_owned(), value, more });
+            return Err(TrackError::MeasurementNotFinite { what: what.to_owned(), value });
         }
     }
-    if dt_s <= 0.0 {
-        return Err(TrackError::MeasurementNotFinite {
-            quantity: "duration of the tick".to_owned(),
-            value: dt_s,
-            more: " above 0".to_owned(),
-        });
-    }
-    Ok(())
+    if dt_s.is_finite() && dt_s > 0.0 { Ok(()) } else { Err(TrackError::TimeStepInvalid { dt_s }) }
 }

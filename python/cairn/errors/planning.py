@@ -1,0 +1,247 @@
+"""What can be wrong with grids, graphs, goals and starts."""
+
+from typing import Any
+
+from cairn.errors.base import CairnError
+
+# ---- goals, starts and options -------------------------------------------------------------------
+
+
+class NoGoal(CairnError):
+    """No goal was given."""
+
+
+class GoalMalformed(CairnError):
+    """A goal is neither a pair of numbers nor a sequence of such."""
+
+    value: Any
+
+
+class CellNotWhole(CairnError):
+    """A row, column or node is not a whole number."""
+
+    value: Any
+
+
+class GoalOutsideGrid(CairnError):
+    """A goal cell is not in the grid."""
+
+    row: int
+    col: int
+    rows: int
+    cols: int
+
+
+class GoalOutsideMap(CairnError):
+    """A goal point is not on the map."""
+
+    x_m: float
+    y_m: float
+    rows: int
+    cols: int
+    resolution_m: float
+
+
+class GoalBlocked(CairnError):
+    """A goal lies in a cell that cannot be entered."""
+
+    row: int
+    col: int
+
+
+class StartOutsideGrid(CairnError):
+    """A start cell is not in the grid."""
+
+    row: int
+    col: int
+    rows: int
+    cols: int
+
+
+class StartOutsideMap(CairnError):
+    """A start point is not on the map."""
+
+    x_m: float
+    y_m: float
+    rows: int
+    cols: int
+    resolution_m: float
+
+
+class UnknownPlanOption(CairnError):
+    """An option of the planner has none of its possible values."""
+
+    option: str
+    value: Any
+    choices: tuple[Any, ...]
+
+
+class NoThreads(CairnError):
+    """Zero threads were asked for."""
+
+
+# ---- grids ---------------------------------------------------------------------------------------
+
+
+class EmptyGrid(CairnError):
+    """The grid has no cell."""
+
+    rows: int
+    cols: int
+
+
+class GridTooLarge(CairnError):
+    """More cells than a 32-bit index can name."""
+
+    cells: int
+    most: int
+
+
+class GridNotPlannable(CairnError):
+    """A grid is not two-dimensional, or not of bool or real numbers."""
+
+    shape: tuple[int, ...]
+    dtype: str
+
+
+class CellCostNan(CairnError):
+    """A cell cost is not a number."""
+
+    row: int
+    col: int
+    value: float
+
+
+class CellCostNegative(CairnError):
+    """A cell cost is below zero."""
+
+    row: int
+    col: int
+    value: float
+
+
+class CellCostZero(CairnError):
+    """A cell cost is zero."""
+
+    row: int
+    col: int
+    value: float
+
+
+class CellCostBeyondPrecision(CairnError):
+    """A finite cell cost would become zero or infinite in single precision."""
+
+    row: int
+    col: int
+    value: float
+
+
+class LinkCostAbsorbed(CairnError):
+    """A link is so cheap beside the cost-to-go that adding it changes nothing."""
+
+    row: int
+    col: int
+    cost_to_go: float
+    precision: str
+
+
+class CostToGoOverflow(CairnError):
+    """A cost-to-go is larger than the number type can hold."""
+
+    row: int
+    col: int
+    precision: str
+
+
+# ---- graphs --------------------------------------------------------------------------------------
+
+
+class IndptrEnds(CairnError):
+    """A graph's `indptr` does not run from 0 to the number of links."""
+
+    first: int
+    last: int
+    links: int
+
+
+class IndptrFalls(CairnError):
+    """A graph's `indptr` falls."""
+
+    node: int
+    begin: int
+    end: int
+
+
+class LinkCostCount(CairnError):
+    """There is not one cost for every link."""
+
+    costs: int
+    links: int
+
+
+class NodeOutOfRange(CairnError):
+    """A link leads from or to a node that does not exist."""
+
+    link: int
+    node: int
+    nodes: int
+
+
+class GraphTooLarge(CairnError):
+    """More nodes or links than a 32-bit index can name."""
+
+    nodes: int
+    links: int
+    most: int
+
+
+class GraphNotPlannable(CairnError):
+    """Graph arrays are not one-dimensional, or not of the right number types."""
+
+    array: str
+    shape: tuple[int, ...]
+    dtype: str
+
+
+class LinkCostNan(CairnError):
+    """A link cost is not a number."""
+
+    link: int
+    source_node: int
+    target_node: int
+    value: float
+
+
+class LinkCostNegative(CairnError):
+    """A link cost is below zero."""
+
+    link: int
+    source_node: int
+    target_node: int
+    value: float
+
+
+class GraphCostOverflow(CairnError):
+    """The longest way through a graph may not fit into the cost type."""
+
+    links: int
+    dearest: float
+    precision: str
+
+
+class GoalNotANode(CairnError):
+    """A goal is not a node of the graph."""
+
+    node: int
+    nodes: int
+
+
+class StartNotANode(CairnError):
+    """A start is not a node of the graph."""
+
+    node: int
+    nodes: int
+
+
+class NoLevels(CairnError):
+    """The layered solution graph was given no level."""
