@@ -23,6 +23,8 @@ pub struct NavigatorConfig {
     pub off_path_m: f64,
     /// How far a start inside the margin may be from the nearest free place \[m\].
     pub escape_m: f64,
+    /// Before a goal is refused, what was seen from farther away than this is doubted once \[m\].
+    pub doubt_m: f64,
     /// Plans from about the same place, without getting nearer to the goal, before giving up.
     pub fruitless_plans: u32,
     /// Side of a map cell when there is no map to begin with \[m\].
@@ -58,6 +60,7 @@ impl Default for NavigatorConfig {
             least_avoidance_s: 1.0,
             off_path_m: 0.6,
             escape_m: 1.0,
+            doubt_m: 2.0,
             fruitless_plans: 4,
             resolution_m: 0.05,
             open_margin_m: 4.0,
@@ -82,6 +85,8 @@ impl NavigatorConfig {
             ("intermediate_reach_m", self.intermediate_reach_m),
             ("off_path_m", self.off_path_m),
             ("escape_m", self.escape_m),
+            ("doubt_m", self.doubt_m),
+            ("least_avoidance_s", self.least_avoidance_s),
             ("resolution_m", self.resolution_m),
             ("open_margin_m", self.open_margin_m),
             ("caution.creep_mps", self.caution.creep_mps),
@@ -89,6 +94,7 @@ impl NavigatorConfig {
             ("trap.loop_length_m", self.trap.loop_length_m),
             ("trap.progress_m", self.trap.progress_m),
             ("trap.patience_s", self.trap.patience_s),
+            ("trap.stray_m", self.trap.stray_m),
         ]
         .into_iter()
         .find(|(_, value)| !(value.is_finite() && *value > 0.0))

@@ -1,8 +1,11 @@
 //! Modes and transitions, and the navigator that holds the parts together `[Maalouf06 §6]`.
 
+mod act;
 mod caution;
 mod config;
+mod error;
 mod navigator;
+mod perceive;
 mod planning;
 mod record;
 mod strategy;
@@ -11,7 +14,8 @@ mod way;
 
 pub use caution::{Caution, CautionConfig};
 pub use config::NavigatorConfig;
-pub use navigator::{NavigateError, Navigator, TickInput};
+pub use error::NavigateError;
+pub use navigator::{Navigator, TickInput};
 pub use planning::{Planner, Refusal, WorldField};
 pub use record::{Decision, PlanRecord, Task, TaskStatus};
 pub use strategy::{Event, Mode, PAPER, Reason, Row, Strategy, StrategyError};

@@ -262,3 +262,34 @@ impl WorldField {
         })
     }
 }
+
+/// `occupancy` grown by unknown cells until it holds `margin_m` around every one of `points`.
+pub(super) fn padded(occupancy: &OccupancyGrid, points: &[Point2], margin_m: f64) -> OccupancyGrid {
+    let old = occupancy.geometry;
+    let grid_from_world = old.world_from_grid.inverse();
+    let (mut row_lo, mut col_lo, mut row_hi, mut col_hi) = (0i64, 0i64, old.rows as i64, old.cols as i64);
+    for &point in points {
+        let in_grid = grid_from_world * point;
+        let cell = |metres: f64| (metres / old.resolution_m).floor() as i64;
+        row_lo = row_lo.min(cell(in_grid.y - margin_m));
+        col_lo = col_lo.min(cell(in_grid.x - margin_m));
+        row_hi = row_hi.max(cell(in_grid.y + margin_m) + 1);
+        col_hi = col_hi.max(cell(in_grid.x + margin_m) + 1);
+    }
+    let (rows, cols) = ((row_hi - row_lo) as usize, (col_hi - col_lo) as usize);
+    let corner =
+        old.world_from_grid * Point2::new(col_lo as f64 * old.resolution_m, row_lo as f64 * old.resolution_m);
+    let geometry = GridGeometry {
+        rows,
+        cols,
+        resolution_m: old.resolution_m,
+        world_from_grid: Pose2::new(corner.x, corner.y, old.world_from_grid.heading),
+    };
+    let mut grown = Grid::filled(geometry, Occupancy::Unknown);
+    for row in 0..old.rows {
+        let from = row * old.cols;
+        let to = (row as i64 - row_lo) as usize * cols + (-col_lo) as usize;
+        grown.values[to..to + old.cols].copy_from_slice(&occupancy.values[from..from + old.cols]);
+    }
+    grown
+}

@@ -53,6 +53,8 @@ pub struct PlanRecord {
     pub plan_count: u32,
     /// The field was given with the goal.
     pub shared: bool,
+    /// There was no path on the map as seen, so what was seen only from afar was forgotten.
+    pub doubted: bool,
     /// Cost-to-go from the robot.
     pub cost_to_go: Option<f64>,
     /// Length of the robot's path \[m\].

@@ -12,15 +12,17 @@ pub struct TrapConfig {
     pub region_radius_m: f64,
     /// Coming back counts only after driving this far in between \[m\].
     pub loop_length_m: f64,
-    /// Progress is the distance still to go falling by at least this \[m\].
+    /// Progress is what is still to go falling by at least this: the field's value, or metres.
     pub progress_m: f64,
     /// No progress for this long is a local minimum \[s\].
     pub patience_s: f64,
+    /// So is getting this much farther from an intermediate goal than the robot was already \[m\].
+    pub stray_m: f64,
 }
 
 impl Default for TrapConfig {
     fn default() -> Self {
-        Self { region_radius_m: 0.35, loop_length_m: 3.0, progress_m: 0.2, patience_s: 8.0 }
+        Self { region_radius_m: 0.35, loop_length_m: 3.0, progress_m: 0.2, patience_s: 8.0, stray_m: 1.5 }
     }
 }
 
@@ -31,8 +33,8 @@ pub struct TrapEvidence {
     pub driven_m: f64,
     /// The earlier position that was come back to, if any.
     pub revisited: Option<Point2>,
-    /// Least distance to go so far \[m\].
-    pub least_to_go_m: Option<f64>,
+    /// Least that was still to go so far: the field's value, or metres where there is no field.
+    pub least_to_go: Option<f64>,
     /// Time since it last fell \[s\].
     pub without_progress_s: f64,
     /// [`TrapConfig::patience_s`] has run out.
@@ -60,15 +62,13 @@ impl TrapWatch {
         *self = Self::new(self.config);
     }
 
-    /// Forgets the progress only: what is headed for has changed.
-    pub fn restart_progress(&mut self) {
-        self.evidence.least_to_go_m = None;
-        self.evidence.without_progress_s = 0.0;
-        self.evidence.stuck = false;
+    /// Driven since the watch began \[m\].
+    pub fn driven_m(&self) -> f64 {
+        self.evidence.driven_m
     }
 
-    /// One tick at `position_in_world`, with `to_go_m` left to what is headed for.
-    pub fn step(&mut self, position_in_world: Point2, to_go_m: f64, dt_s: f64) -> TrapEvidence {
+    /// One tick at `position_in_world`, with `to_go` left to what is headed for.
+    pub fn step(&mut self, position_in_world: Point2, to_go: f64, dt_s: f64) -> TrapEvidence {
         let step_m = self.last.map_or(0.0, |last| last.distance(position_in_world));
         self.last = Some(position_in_world);
         self.evidence.driven_m += step_m;
@@ -78,10 +78,10 @@ impl TrapWatch {
             self.trail.push((position_in_world, self.evidence.driven_m));
         }
 
-        let progressed =
-            self.evidence.least_to_go_m.is_none_or(|least| to_go_m <= least - self.config.progress_m);
+        let progressed = to_go.is_finite()
+            && self.evidence.least_to_go.is_none_or(|least| to_go <= least - self.config.progress_m);
         if progressed {
-            self.evidence.least_to_go_m = Some(to_go_m);
+            self.evidence.least_to_go = Some(to_go);
             self.evidence.without_progress_s = 0.0;
         } else {
             self.evidence.without_progress_s += dt_s;
@@ -141,7 +141,21 @@ mod tests {
     }
 
     #[test]
-    fn progress_or_a_new_target_resets_the_patience() {
+    fn where_nothing_says_what_is_to_go_nothing_is_gained() {
+        let config = TrapConfig::default();
+        let mut watch = TrapWatch::new(config);
+        let ticks = (config.patience_s / 0.1) as usize;
+        assert!(
+            (0..=ticks + 2)
+                .map(|_| watch.step(Point2::new(1.0, 1.0), f64::INFINITY, 0.1))
+                .last()
+                .unwrap()
+                .stuck
+        );
+    }
+
+    #[test]
+    fn progress_or_a_new_plan_resets_the_patience() {
         let mut watch = TrapWatch::new(TrapConfig::default());
         for _ in 0..200 {
             watch.step(Point2::new(1.0, 1.0), 5.0, 0.1);
@@ -150,7 +164,7 @@ mod tests {
         for _ in 0..200 {
             watch.step(Point2::new(1.3, 1.0), 4.7, 0.1);
         }
-        watch.restart_progress();
+        watch.restart();
         assert!(!watch.step(Point2::new(1.3, 1.0), 9.0, 0.1).stuck);
     }
 }

@@ -84,6 +84,11 @@ pub fn first_free(
         .find(|&i| obstacles.iter().all(|&obstacle| obstacle.distance(waypoints[i]) >= free_radius_m))
 }
 
+/// Length of a polyline \[m\].
+pub(super) fn length_m(path: &[Point2]) -> f64 {
+    path.windows(2).map(|pair| pair[0].distance(pair[1])).sum()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

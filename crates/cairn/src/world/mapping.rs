@@ -322,6 +322,25 @@ impl OccupancyMap {
         Grid::new(self.geometry, (0..self.class.len()).map(|i| self.is_unmapped(i)).collect())
     }
 
+    /// Forgets what the prior map does not show farther than `beyond_m` from `center_in_world`: such
+    /// cells become what the prior map, or nothing, says of them. Returns how many.
+    pub fn forget_unmapped(&mut self, center_in_world: Point2, beyond_m: f64) -> usize {
+        let mut forgotten = 0;
+        for i in 0..self.class.len() {
+            let far = || self.geometry.center(self.geometry.cell(i)).distance(center_in_world) > beyond_m;
+            if self.is_unmapped(i) && far() {
+                let prior = self.prior.as_ref().map_or(Occupancy::Unknown, |prior| prior[i]);
+                self.class[i] = prior;
+                self.log_odds[i] = if prior == Occupancy::Free { self.config.prior_free as f32 } else { 0.0 };
+                forgotten += 1;
+            }
+        }
+        if forgotten > 0 {
+            self.revision += 1;
+        }
+        forgotten
+    }
+
     /// Frees every cell within `radius_m`, but not the walls of the prior map: the robot stands here.
     pub fn clear_disc(&mut self, center_in_world: Point2, radius_m: f64) {
         let mut cells = Vec::new();

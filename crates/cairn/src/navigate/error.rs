@@ -1,0 +1,82 @@
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::avoid::AvoidError;
+use crate::locate::{MatchingError, OdometryError};
+use crate::track::TrackError;
+use crate::world::MappingError;
+
+/// What a navigator refuses, and why.
+#[derive(Clone, Debug, PartialEq, Error, Serialize)]
+pub enum NavigateError {
+    /// The array of ranges has another length than the profile.
+    #[error(
+        "{given} ranges given, the profile has {expected} sensors: give one reading for each, NaN where there is none"
+    )]
+    RangeCountWrong {
+        /// Number given.
+        given: usize,
+        /// Number of sensors.
+        expected: usize,
+    },
+    /// A range is negative.
+    #[error(
+        "range {index} is {value} m: ranges are metres from the sensor, inf for no echo, NaN for not measured"
+    )]
+    RangeNegative {
+        /// Which.
+        index: usize,
+        /// What was given.
+        value: f64,
+    },
+    /// A tick's duration is not positive.
+    #[error("dt is {dt_s} s: it must be a finite number greater than 0")]
+    TimeStepInvalid {
+        /// What was given.
+        dt_s: f64,
+    },
+    /// A measurement is not a number.
+    #[error("{what} is {value}: it must be a finite number")]
+    MeasurementNotFinite {
+        /// Which.
+        what: String,
+        /// What was given.
+        value: f64,
+    },
+    /// A goal is not a place.
+    #[error("goal ({x_m}, {y_m}) m is no place: both must be finite numbers")]
+    GoalNotFinite {
+        /// What was given \[m\].
+        x_m: f64,
+        /// What was given \[m\].
+        y_m: f64,
+    },
+    /// A setting is out of range.
+    #[error("navigator setting {key} is {value}: it must be a finite number greater than 0")]
+    NavigatorSettingInvalid {
+        /// Dotted key.
+        key: String,
+        /// What was given.
+        value: f64,
+    },
+    /// The tracker refused its part.
+    #[error(transparent)]
+    #[serde(untagged)]
+    Track(#[from] TrackError),
+    /// The avoider refused its part.
+    #[error(transparent)]
+    #[serde(untagged)]
+    Avoid(#[from] AvoidError),
+    /// The odometry refused its part.
+    #[error(transparent)]
+    #[serde(untagged)]
+    Odometry(#[from] OdometryError),
+    /// The map matcher refused its part.
+    #[error(transparent)]
+    #[serde(untagged)]
+    Matching(#[from] MatchingError),
+    /// The mapper refused its part.
+    #[error(transparent)]
+    #[serde(untagged)]
+    Mapping(#[from] MappingError),
+}
