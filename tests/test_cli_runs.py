@@ -1,29 +1,13 @@
 import json
-import sys
 
 import numpy as np
 import pytest
 
 import cairn
-from cairn.cli import main
 from cairn.missions import Scenario, run, run_many, shipped
 from cairn.missions.reading import shipped_folder
 
 QUICK = (shipped_folder() / "quick.toml").read_text()
-
-
-@pytest.fixture
-def command(monkeypatch, capsys, tmp_path):
-    """Run the command in this process, in an empty folder: (exit code, stdout, stderr)."""
-    monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["cairn", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            main()
-        return left.value.code or 0, *capsys.readouterr()
-
-    return run
 
 
 def without_wall(record):

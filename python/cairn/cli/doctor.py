@@ -8,6 +8,7 @@ import platform
 import sys
 
 import typer
+from rich.markup import escape
 from rich.table import Table
 
 import cairn
@@ -26,7 +27,7 @@ def doctor() -> None:
 
     def row(good: bool, name: str, found: str, advice: str = "") -> None:
         mark = "[green]✓[/]" if good else "[red]✗[/]"
-        table.add_row(mark, f"[bold]{name}[/]", found, f"[yellow]{advice}[/]")
+        table.add_row(mark, f"[bold]{name}[/]", found, f"[yellow]{escape(advice)}[/]")
 
     row(sys.version_info >= (3, 11), "python", platform.python_version(), "")
     try:
