@@ -75,6 +75,9 @@ impl Navigator {
                 result = self.solve_and_walk();
             }
         }
+        if matches!(self.task, Some(Task::Explore)) && result == Err(Refusal::NoPath) {
+            result = Err(Refusal::NothingLeftToExplore);
+        }
         let refusal = result.as_ref().err().copied();
         if let Some(refusal) = refusal {
             self.refusal = Some(refusal);

@@ -10,6 +10,9 @@ use crate::geometry::{Point2, Twist2};
 /// Slower than this in both speeds is at rest \[m/s, rad/s\].
 const AT_REST: Twist2 = Twist2::new(0.02, 0.03);
 /// What the robot perceived this tick, before it is reduced to an event.
+/// A waypoint within this bearing is faced \[rad\].
+const AHEAD_RAD: f64 = 0.6;
+
 #[derive(Clone, Debug, Default)]
 pub(super) struct Percept {
     pub way: Option<WayAhead>,
@@ -166,17 +169,19 @@ impl Navigator {
         look_ahead(position, &self.waypoints, next, &self.unplanned_near(position), &look)
     }
 
-    /// Nothing at all, planned or not, stands between `position` and waypoint `index`, and the robot
-    /// has been avoiding long enough to have seen what there is.
+    /// Nothing at all, planned or not, stands between `position` and waypoint `index`, the robot faces
+    /// it or has room to, and has been avoiding long enough to have seen what there is.
     fn sees_straight_to(&self, position: Point2, index: usize) -> bool {
         if self.avoiding_s < self.config.least_avoidance_s {
             return false;
         }
         let to = self.waypoints[index];
         let half_width_m = self.profile.footprint.width_m / 2.0 + self.config.clearance_m;
-        let reach_m = position.distance(to) + half_width_m;
-        let near = self.map.occupied_near(position, reach_m);
-        near.iter().all(|obstacle| obstacle.distance_to_segment(position, to) >= half_width_m)
+        let turning_m = self.profile.footprint.circumscribed_radius_m();
+        let near = self.map.occupied_near(position, position.distance(to) + turning_m);
+        let straight = near.iter().all(|obstacle| obstacle.distance_to_segment(position, to) >= half_width_m);
+        let ahead = self.odometry.pose().bearing_to(to).abs() < AHEAD_RAD;
+        straight && (ahead || near.iter().all(|obstacle| obstacle.distance(position) >= turning_m))
     }
 
     fn free_radius_m(&self) -> f64 {

@@ -54,7 +54,8 @@ pub struct MappingConfig {
     pub occupied_above: f64,
     /// An occupied cell stays so until its evidence falls to this.
     pub released_below: f64,
-    /// A cell never seen before is free from this downwards.
+    /// A cell never seen before is free from this downwards: less than unanswered cries alone can say,
+    /// because they would open every wall met at a slant.
     pub free_below: f64,
     /// Most cells a map may grow to.
     pub most_cells: usize,
@@ -83,7 +84,7 @@ impl Default for MappingConfig {
             floor: -2.0,
             occupied_above: 1.0,
             released_below: 0.0,
-            free_below: -0.3,
+            free_below: -0.9,
             most_cells: 64_000_000,
         }
     }
