@@ -6,6 +6,7 @@ from cairn.missions import shipped
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text()
+DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 
 
 def test_the_python_of_the_readme_works(capsys):
@@ -27,7 +28,7 @@ def test_every_make_target_that_the_documents_name_exists():
 
 
 def test_every_file_that_the_documents_link_to_exists():
-    for document in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]:
+    for document in DOCUMENTS:
         for link in re.findall(r"\]\(([^)#:]+)\)", document.read_text()):
             assert (document.parent / link).exists(), f"{document.name}: {link}"
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from cairn import _brain, errors
 from cairn.profile import Profile
 from cairn.robots.robot import Pose, Twist
+from cairn.strict_json import plain
 from cairn.tracking import controller_text
 from cairn.world import World
 
@@ -70,7 +70,7 @@ class Decision:
 
     def to_json(self) -> str:
         """Return the whole record as one line of strict JSON; what is not finite becomes null."""
-        return json.dumps(_finite(self.to_dict()), separators=(",", ":"), allow_nan=False)
+        return json.dumps(plain(self.to_dict()), separators=(",", ":"), allow_nan=False)
 
     def __repr__(self) -> str:
         v, w = self.twist
@@ -227,13 +227,3 @@ def _triple(pose: ArrayLike, what: str) -> tuple[float, float, float]:
         )
     x, y, heading = (float(v) for v in numbers)
     return x, y, heading
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _finite(part) for key, part in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(part) for part in value]
-    return value

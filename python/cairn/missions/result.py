@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cairn.strict_json import plain
+
 if TYPE_CHECKING:
     from cairn.missions.scenario import Scenario
     from cairn.world import World
@@ -26,20 +28,8 @@ EXIT_CONTACT = 4
 
 
 def tidy(value: Any) -> Any:
-    """Return `value` as plain JSON: 6 decimals, non-finite numbers as null."""
-    if isinstance(value, dict):
-        return {str(key): tidy(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [tidy(item) for item in value]
-    if isinstance(value, np.ndarray):
-        return tidy(value.tolist())
-    if isinstance(value, bool | np.bool_):
-        return bool(value)
-    if isinstance(value, int | np.integer):
-        return int(value)
-    if isinstance(value, float | np.floating):
-        return round(float(value), 6) if np.isfinite(value) else None
-    return value
+    """Return `value` as strict JSON, to 6 decimals."""
+    return plain(value, decimals=6)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
+from cairn.strict_json import plain
+
 
 def write_summary(record: dict[str, Any], folder: Path) -> Path:
     """Write the record of a run as `summary.json` into `folder`, made if need be."""
@@ -37,7 +39,7 @@ class DecisionLog:
             "clearance_m": tick.clearance_m,
             "decision": tick.decision.to_dict(),
         }
-        self._file.write(json.dumps(_finite(line), separators=(",", ":")) + "\n")
+        self._file.write(json.dumps(plain(line), separators=(",", ":"), allow_nan=False) + "\n")
 
     def __enter__(self) -> Self:
         """Open already; returns itself."""
@@ -51,14 +53,3 @@ class DecisionLog:
     ) -> None:
         """Close the file."""
         self._file.close()
-
-
-def _finite(value: Any) -> Any:
-    """Return `value` with null for the non-finite numbers, which JSON does not have."""
-    if isinstance(value, dict):
-        return {str(key): _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float):
-        return value if abs(value) < float("inf") else None
-    return value if isinstance(value, str | int | bool | None) else str(value)
