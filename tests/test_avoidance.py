@@ -45,6 +45,15 @@ def test_facing_a_wall_it_turns_in_place():
     assert choice.twist[1] != 0.0
 
 
+def test_nose_to_a_wall_it_backs_out_if_it_may():
+    wall = np.column_stack([np.full(60, 0.313 + 0.08), np.linspace(-1.5, 1.5, 60)])
+    choice = Cvm(P3AT).choose((0.0, 0.0), 1.5, 3.0, wall)
+    assert choice.why["kind"] == "backing_out"
+    assert choice.twist[0] < 0
+    stays = Cvm(P3AT, back_out=False).choose((0.0, 0.0), 1.5, 3.0, wall)
+    assert stays.twist[0] >= 0
+
+
 def test_an_obstacle_that_is_nan_is_refused_with_its_index():
     with pytest.raises(errors.AvoidanceObstacleNotFinite, match="obstacle 1") as refused:
         Cvm(P3AT).choose((0.0, 0.0), 0.0, 1.0, [[1.0, 0.0], [math.nan, 0.0]])

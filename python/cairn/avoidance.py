@@ -21,7 +21,8 @@ class Avoidance:
     """One choice, with everything it was made from.
 
     `why["kind"]` is `best_arc`, `turning_in_place` (with `direction`, `to_heading_rad`),
-    `leaving_obstacle` (with `clearance_m`) or `braking` (with `reason["kind"]`).
+    `leaving_obstacle` (with `clearance_m`), `backing_out` (with `to_room_m`, `clear_m`) or
+    `braking` (with `reason["kind"]`).
     """
 
     record: dict[str, Any]

@@ -51,6 +51,16 @@ pub struct CvmConfig {
     pub turn_rate_radps: f64,
     /// Speed when leaving the grown outline of an obstacle \[m/s\].
     pub leaving_speed_mps: f64,
+    /// May run back when no forward arc is free and there is no room to turn (not in the paper).
+    pub back_out: bool,
+    /// Greatest speed when running back \[m/s\].
+    pub backing_speed_mps: f64,
+    /// Kept off every obstacle when leaving or backing out, on top of its radius \[m\].
+    pub least_clearance_m: f64,
+    /// Greatest speed close to an obstacle \[m/s\].
+    pub near_speed_mps: f64,
+    /// The speed may be greater by the clearance divided by this \[s\].
+    pub clearance_time_s: f64,
     /// May back out of an obstacle's grown outline when nothing else gains clearance.
     pub reverse_to_leave: bool,
 }
@@ -75,6 +85,11 @@ impl Default for CvmConfig {
             resume_above_m: 0.7,
             turn_rate_radps: 0.8,
             leaving_speed_mps: 0.1,
+            back_out: true,
+            backing_speed_mps: 0.15,
+            least_clearance_m: 0.02,
+            near_speed_mps: 0.25,
+            clearance_time_s: 1.2,
             reverse_to_leave: false,
         }
     }
@@ -154,6 +169,10 @@ impl CvmConfig {
             ("resume_above_m", self.resume_above_m, self.turn_below_m, 100.0),
             ("turn_rate_radps", self.turn_rate_radps, TINY, 100.0),
             ("leaving_speed_mps", self.leaving_speed_mps, TINY, 10.0),
+            ("backing_speed_mps", self.backing_speed_mps, TINY, 10.0),
+            ("least_clearance_m", self.least_clearance_m, 0.0, 10.0),
+            ("near_speed_mps", self.near_speed_mps, TINY, 10.0),
+            ("clearance_time_s", self.clearance_time_s, TINY, 1000.0),
         ] {
             if !(value.is_finite() && least <= value && value <= most) {
                 let key = key.to_owned();

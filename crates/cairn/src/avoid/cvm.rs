@@ -1,3 +1,4 @@
+use super::backing::{BEYOND_M, Keep, WayBack, way_back};
 use super::config::{AvoidError, CvmConfig, Shape, check_inputs};
 use super::contact::GrownBox;
 use super::intervals::FreeArcs;
@@ -23,6 +24,12 @@ const FACING_RAD: f64 = 0.1;
 const AT_HEADING_RAD: f64 = 0.01;
 /// Candidates whose braking motion is looked at before giving up.
 const TRIES: usize = 24;
+/// A goal farther to the side than this is turned to from rest; at twice this the robot is slow \[rad\].
+const ASIDE_RAD: f64 = 1.0;
+/// By how much a turn from rest must bring the robot nearer to the goal's direction \[rad\].
+const GAINED_RAD: f64 = 0.5;
+/// How far a motion that leaves or backs out is looked at, at most \[m\].
+const LOOK_BACK_M: f64 = 1.7;
 
 /// The curvature velocity method `[Maalouf06 §5, (7)]` `[Simmons96]`.
 #[derive(Clone, Debug)]
@@ -114,7 +121,11 @@ impl Cvm {
         let (start, window) = match pending {
             Some(pending) => {
                 let start = self.limits.reachable(current, pending, self.config.latency_s);
-                (start, Window::reachable(&self.limits, start, dt_s))
+                let mut window = Window::reachable(&self.limits, start, dt_s);
+                // A robot that lags behind its command brakes as hard as the command falls.
+                let falling_mps = pending.linear_mps - self.limits.linear_mps2 * dt_s;
+                window.linear_lo_mps = window.linear_lo_mps.min(falling_mps.max(0.0));
+                (start, window)
             }
             None => (current, Window::reachable(&self.limits, current, self.config.latency_s + dt_s)),
         };
@@ -138,6 +149,7 @@ impl Cvm {
         let seen = Seen {
             current,
             pending: pending.unwrap_or(current),
+            start,
             dt_s,
             window,
             nearest_first: &nearest_first,
@@ -165,7 +177,7 @@ impl Cvm {
         let nearest_first = self.nearest_first(obstacles_in_robot);
         let start = self.limits.reachable(current, pending, self.config.latency_s);
         let window = Window::reachable(&self.limits, start, dt_s);
-        self.can_stop(command, &Seen { current, pending, dt_s, window, nearest_first: &nearest_first })
+        self.can_stop(command, &Seen { current, pending, start, dt_s, window, nearest_first: &nearest_first })
     }
 
     fn drive_or_turn(&self, record: &mut AvoidanceRecord, seen: &Seen) {
@@ -174,7 +186,7 @@ impl Cvm {
         let objective = Objective {
             config: &self.config,
             limits: &self.limits,
-            window,
+            window: self.slower_near(window, record),
             goal_bearing_rad: record.goal_bearing_rad,
             goal_distance_m: record.goal_distance_m,
             dt_s,
@@ -197,14 +209,16 @@ impl Cvm {
                 });
             }
         }
-        if self.take_best(record, seen) {
+        // A robot that still runs back comes to rest first.
+        let rolls_back = current.linear_mps.min(seen.start.linear_mps) < -AT_REST_MPS;
+        if !rolls_back && (self.turn_first(record, seen, turning) || self.take_best(record, seen)) {
             return;
         }
         let drivable = record.intervals.iter().any(|arc| {
             arc.distance_m >= enough_m && objective.speed_cap_mps(arc) >= objective.least_speed_mps()
         });
         let turn = self.wanted_turn(record, seen, turning);
-        if turn.is_some_and(|t| t.angle_rad < FACING_RAD) {
+        if !rolls_back && turn.is_some_and(|t| t.angle_rad < FACING_RAD) {
             // It faces the best way already: a shorter arc has to do.
             for candidate in &mut record.candidates {
                 let distance_m = record.intervals[candidate.interval].distance_m;
@@ -217,6 +231,32 @@ impl Cvm {
             }
         }
         self.turn_in_place(record, seen, turn, drivable);
+    }
+
+    /// From rest, with the goal far to the side or behind and a way out towards it: turns there
+    /// first, instead of being carried away by the arcs ahead.
+    fn turn_first(&self, record: &mut AvoidanceRecord, seen: &Seen, turning: Option<Side>) -> bool {
+        let bearing_rad = record.goal_bearing_rad;
+        if seen.current.linear_mps.abs() > AT_REST_MPS
+            || seen.start.linear_mps.abs() > AT_REST_MPS
+            || bearing_rad.abs() <= ASIDE_RAD
+        {
+            return false;
+        }
+        let Some(turn) = self.wanted_turn(record, seen, turning).filter(|turn| turn.open) else {
+            return false;
+        };
+        let angle_rad = if turn.side == Side::Left { turn.angle_rad } else { -turn.angle_rad };
+        if wrap_angle(bearing_rad - angle_rad).abs() > bearing_rad.abs() - GAINED_RAD {
+            return false;
+        }
+        let before = (record.twist, record.why.clone());
+        self.turn_in_place(record, seen, Some(turn), false);
+        let turns = matches!(record.why, Why::TurningInPlace { .. });
+        if !turns {
+            (record.twist, record.why) = before;
+        }
+        turns
     }
 
     /// Takes the candidate of the greatest total whose braking motion is clear.
@@ -237,13 +277,82 @@ impl Cvm {
     }
 
     fn wanted_turn(&self, record: &AvoidanceRecord, seen: &Seen, keep: Option<Side>) -> Option<Turn> {
-        let wanted_m = self.enough_m(Twist2::ZERO, record.goal_distance_m);
+        let (wanted_m, corridor) = self.way_out(record.goal_distance_m);
+        let bearing = record.goal_bearing_rad;
+        choose_turn(&self.outline, &corridor, seen.nearest_first, bearing, wanted_m, keep)
+    }
+
+    /// Length of straight way that a turn must lead to, and what has to fit through it.
+    fn way_out(&self, goal_distance_m: f64) -> (f64, GrownBox) {
+        let wanted_m = self.enough_m(Twist2::ZERO, goal_distance_m);
         // Wide enough that a fan of arcs there counts as free too, and not only the one line.
         let body_m = self.outline.radius_m() - self.outline.growth_m;
         let fan_m = self.config.curvature_step_per_m / 2.0 * (wanted_m * wanted_m / 2.0 + body_m * wanted_m);
-        let corridor = self.outline.grown(2.0 * fan_m + 0.01);
+        (wanted_m + 0.05, self.outline.grown(2.0 * fan_m + 0.01))
+    }
+
+    /// The window without the speeds that are too great so near to an obstacle, or with the goal
+    /// behind.
+    fn slower_near(&self, window: Window, record: &AvoidanceRecord) -> Window {
+        let near_mps = self.config.near_speed_mps;
+        let free_m = (record.clearance_m - self.config.growth_m()).max(0.0);
+        let aside = ((record.goal_bearing_rad.abs() - ASIDE_RAD) / ASIDE_RAD).clamp(0.0, 1.0);
+        let facing_mps = near_mps + (1.0 - aside) * (self.limits.linear_mps - near_mps).max(0.0);
+        let cap_mps = (near_mps + free_m / self.config.clearance_time_s).min(facing_mps);
+        let linear_hi_mps = window.linear_hi_mps.min(cap_mps.max(window.linear_lo_mps));
+        Window { linear_hi_mps, ..window }
+    }
+
+    /// Runs back towards the nearest place with room to turn, if the way there is clear.
+    ///
+    /// The measured speed itself tells whether it does so already: then it goes on until there is
+    /// some room to spare.
+    fn back_out(&self, record: &mut AvoidanceRecord, seen: &Seen) -> bool {
+        let start_mps = seen.start.linear_mps;
+        if !self.config.back_out || start_mps > AT_REST_MPS {
+            return false;
+        }
+        let (wanted_m, corridor) = self.way_out(record.goal_distance_m);
+        let keep = self.keep(seen);
+        let points = seen.nearest_first;
         let bearing = record.goal_bearing_rad;
-        choose_turn(&self.outline, &corridor, seen.nearest_first, bearing, wanted_m + 0.05, keep)
+        let backing = start_mps < -AT_REST_MPS;
+        let Some(way) = way_back(&keep, &self.outline, &corridor, points, bearing, wanted_m, backing) else {
+            return false;
+        };
+        let WayBack { curvature_per_m, length_m, clear_m } = way;
+        if length_m == 0.0 {
+            return false;
+        }
+        // Stops within what is clear, and by the place to turn or a little beyond.
+        let room_m = (length_m + BEYOND_M / 2.0).min(clear_m);
+        let decelerated = self.limits.linear_mps2 * (self.config.latency_s + seen.dt_s);
+        let most_mps =
+            (decelerated * decelerated + 2.0 * self.limits.linear_mps2 * room_m).sqrt() - decelerated;
+        let slowest_mps = start_mps - self.limits.linear_mps2 * seen.dt_s;
+        let linear = (-most_mps.min(self.config.backing_speed_mps)).max(slowest_mps.min(0.0));
+        let window = &seen.window;
+        let angular = (linear * curvature_per_m).clamp(window.angular_lo_radps, window.angular_hi_radps);
+        let twist = Twist2::new(linear, angular);
+        if !self.keeps(&keep, twist, seen) {
+            return false;
+        }
+        record.twist = twist;
+        record.why = Why::BackingOut { to_room_m: length_m, clear_m };
+        true
+    }
+
+    /// What leaving and backing out must keep true of every obstacle.
+    fn keep<'a>(&self, seen: &Seen<'a>) -> Keep<'a> {
+        let least_m = self.config.obstacle_radius_m + self.config.least_clearance_m;
+        Keep::new(self.body, seen.nearest_first, least_m, LOOK_BACK_M)
+    }
+
+    /// Whether the exact braking motion of `command` keeps it so.
+    fn keeps(&self, keep: &Keep, command: Twist2, seen: &Seen) -> bool {
+        self.motion(command, seen).all(self.body.radius_m(), |robot_from_start, travelled_m| {
+            keep.holds(robot_from_start, travelled_m)
+        })
     }
 
     /// Least free length of an arc that is driven on. A robot that hardly moves asks for more than
@@ -259,6 +368,9 @@ impl Cvm {
     fn turn_in_place(&self, record: &mut AvoidanceRecord, seen: &Seen, turn: Option<Turn>, drivable: bool) {
         let Seen { current, dt_s, window, .. } = *seen;
         let brake_for = |reason| Why::Braking { reason };
+        if seen.start.linear_mps < -AT_REST_MPS && self.back_out(record, seen) {
+            return;
+        }
         if current.linear_mps.abs() > AT_REST_MPS || window.linear_lo_mps > 0.0 {
             // Along the present arc if that is clear; else the clear way of stopping nearest to it.
             let (linear, angular) = (record.twist.linear_mps, record.twist.angular_radps);
@@ -271,6 +383,10 @@ impl Cvm {
             record.twist = clear.unwrap_or(record.twist);
             record.why =
                 brake_for(if clear.is_some() { BrakeReason::StopsToTurn } else { BrakeReason::TooFast });
+            return;
+        }
+        let finds_way = turn.is_some_and(|turn| turn.open);
+        if !finds_way && !drivable && self.back_out(record, seen) {
             return;
         }
         if drivable && current.angular_radps.abs() > TURNING_RADPS {
@@ -307,21 +423,28 @@ impl Cvm {
     }
 
     fn leave_obstacle(&self, record: &mut AvoidanceRecord, seen: &Seen) {
+        let keep = self.keep(seen);
+        let backs = seen.start.linear_mps < -AT_REST_MPS;
+        if backs && self.back_out(record, seen) {
+            return;
+        }
         let body = GrownBox { growth_m: 0.0, ..self.body };
         let disc_m = self.body.growth_m;
         let clearance_m = record.clearance_m;
         // The round robot's clearance counts from its edge.
         let config =
             CvmConfig { obstacle_radius_m: self.config.obstacle_radius_m + disc_m, ..self.config.clone() };
-        let twist = leave(
-            &config,
-            &seen.window,
-            &body,
-            clearance_m + disc_m,
-            record.goal_bearing_rad,
-            seen.nearest_first,
-        );
-        match twist {
+        let bearing = record.goal_bearing_rad;
+        let leave = |wholly| {
+            let keeps = |twist| self.keeps(&keep, twist, seen);
+            let clearance_m = clearance_m + disc_m;
+            leave(&config, &seen.window, &body, clearance_m, bearing, seen.nearest_first, wholly, keeps)
+        };
+        let wholly = leave(true);
+        if wholly.is_none() && self.back_out(record, seen) {
+            return;
+        }
+        match wholly.or_else(|| leave(false)) {
             Some(twist) => {
                 record.twist = twist;
                 record.why = Why::LeavingObstacle { clearance_m };
@@ -332,15 +455,19 @@ impl Cvm {
 
     /// Whether the exact braking motion of `command` keeps the body off every obstacle.
     fn can_stop(&self, command: Twist2, seen: &Seen) -> bool {
-        let motion = BrakingMotion {
+        let outline = self.body.grown(self.config.obstacle_radius_m);
+        self.motion(command, seen).is_clear(&outline, seen.nearest_first)
+    }
+
+    fn motion(&self, command: Twist2, seen: &Seen) -> BrakingMotion<'_> {
+        BrakingMotion {
             limits: &self.limits,
             current: seen.current,
             pending: seen.pending,
             command,
             latency_s: self.config.latency_s,
             dt_s: seen.dt_s,
-        };
-        motion.is_clear(&self.body.grown(self.config.obstacle_radius_m), seen.nearest_first)
+        }
     }
 
     fn clearance_m(&self, point_in_robot: Point2) -> f64 {
@@ -378,6 +505,8 @@ struct Seen<'a> {
     current: Twist2,
     /// What the robot drives towards until this choice takes effect.
     pending: Twist2,
+    /// How fast it runs when this choice takes effect.
+    start: Twist2,
     dt_s: f64,
     window: Window,
     nearest_first: &'a [(f64, Point2)],

@@ -1,5 +1,6 @@
 //! The curvature velocity method `[Simmons96]`, equation (7): obstacle avoidance on arcs.
 
+mod backing;
 mod config;
 mod contact;
 mod cvm;

@@ -84,7 +84,7 @@ pub enum BrakeReason {
 pub enum Why {
     /// The best-scored motion along a free arc.
     BestArc,
-    /// No forward arc is free: turns on the spot until one is.
+    /// No forward arc is free, or the goal is far to the side: turns on the spot.
     TurningInPlace {
         /// Which way.
         direction: Side,
@@ -95,6 +95,13 @@ pub enum Why {
     LeavingObstacle {
         /// Distance between footprint and nearest obstacle point now \[m\].
         clearance_m: f64,
+    },
+    /// No forward arc is free and there is no room to turn: runs back to where there is.
+    BackingOut {
+        /// How far to the place where it can turn \[m\].
+        to_room_m: f64,
+        /// How far back the body runs clear \[m\].
+        clear_m: f64,
     },
     /// Brakes as hard as allowed.
     Braking {

@@ -26,7 +26,16 @@ impl BrakingMotion<'_> {
     /// from one to the next, with the outline grown by half of it: nothing between is missed.
     pub fn is_clear(&self, outline: &GrownBox, nearest_first: &[(f64, Point2)]) -> bool {
         let grown = outline.grown(STRIDE_M / 2.0);
-        let body_m = outline.radius_m();
+        self.all(outline.radius_m(), |robot_from_start, travelled_m| {
+            nearest_first
+                .iter()
+                .take_while(|(distance_m, _)| *distance_m <= grown.radius_m() + travelled_m)
+                .all(|&(_, point)| !grown.contains(robot_from_start * point))
+        })
+    }
+
+    /// Whether `holds` of every pose looked at, told as `robot_from_start` and the way so far \[m\].
+    pub fn all(&self, body_m: f64, holds: impl Fn(Pose2, f64) -> bool) -> bool {
         let (mut pose, mut twist, mut travelled_m) = (Pose2::IDENTITY, self.current, 0.0);
         let mut stretch = |pose: &mut Pose2, twist: &mut Twist2, wanted: Twist2, seconds: f64, keep: bool| {
             let mut left_s = seconds;
@@ -43,14 +52,8 @@ impl BrakingMotion<'_> {
                 travelled_m += mean.linear_mps.abs() * dt;
                 *twist = next;
                 left_s -= dt;
-                let robot_from_start = pose.inverse();
-                for &(distance_m, point) in nearest_first {
-                    if distance_m > grown.radius_m() + travelled_m {
-                        break;
-                    }
-                    if grown.contains(robot_from_start * point) {
-                        return false;
-                    }
+                if !holds(pose.inverse(), travelled_m) {
+                    return false;
                 }
             }
             true

@@ -15,6 +15,8 @@ pub(super) struct Turn {
     pub angle_rad: f64,
     /// How far it could turn before a contact \[rad\].
     pub free_rad: f64,
+    /// Whether the way wanted is free there.
+    pub open: bool,
 }
 
 /// How far the outline can turn in place to one side before it meets an obstacle \[rad\].
@@ -68,7 +70,8 @@ pub(super) fn choose_turn(
                 (false, _) => (2, -open_m + 1e-3 * cost + if other_side { 0.1 } else { 0.0 }),
             };
             if best.as_ref().is_none_or(|(r, _)| rank < *r) {
-                best = Some((rank, Turn { side, angle_rad, free_rad }));
+                let open = rank.0 < 2;
+                best = Some((rank, Turn { side, angle_rad, free_rad, open }));
             }
         }
     }

@@ -1,3 +1,4 @@
+mod backing;
 mod closed_loop;
 mod contacts;
 mod inputs;
