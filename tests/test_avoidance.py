@@ -66,7 +66,7 @@ def test_weights_that_do_not_sum_to_one_are_refused():
 
 
 def test_an_unknown_setting_is_refused_by_name():
-    with pytest.raises(ValueError, match="spede_weight"):
+    with pytest.raises(cairn.errors.SettingsInvalid, match="spede_weight"):
         Cvm(P3AT, spede_weight=0.9)
 
 

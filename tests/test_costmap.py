@@ -82,7 +82,7 @@ def test_bad_options_and_layers_are_refused_by_name():
     with pytest.raises(cairn.errors.CostmapValueOutOfRange) as caught:
         cairn.costmap(world, P3AT, safety_weight=-1.0)
     assert (caught.value.key, caught.value.value) == ("safety_weight", -1.0)
-    with pytest.raises(ValueError, match="sofety_weight"):
+    with pytest.raises(cairn.errors.SettingsInvalid, match="sofety_weight"):
         cairn.costmap(world, P3AT, sofety_weight=1.0)
     with pytest.raises(cairn.errors.LayerShapeMismatch):
         cairn.costmap(world, P3AT, layers={"noise": (1.0, [[1.0, 2.0]])})

@@ -23,10 +23,10 @@ def fields_of(error):
     return {name for each in error.__mro__ for name in vars(each).get("__annotations__", {})}
 
 
-def variants_of_the_brain():
-    """(enum, variant, fields) of every error enum of the brain."""
+def variants_in_rust():
+    """(enum, variant, fields) of every error enum of the brain and its bindings."""
     found = []
-    for source in sorted((ROOT / "crates/cairn/src").rglob("*.rs")):
+    for source in sorted((ROOT / "crates").glob("*/src/**/*.rs")):
         for enum, body in re.findall(
             r"^pub enum (\w+Error) \{\n(.*?)^\}", source.read_text(), re.S | re.M
         ):
@@ -55,7 +55,7 @@ def raised_in_python():
                 yield name, keywords, f"{source.relative_to(ROOT)}:{call.lineno}"
 
 
-VARIANTS = variants_of_the_brain()
+VARIANTS = variants_in_rust()
 
 
 @pytest.mark.parametrize(("enum", "variant", "fields"), VARIANTS, ids=lambda value: str(value))
@@ -65,7 +65,7 @@ def test_every_error_of_the_brain_has_a_class_with_its_fields(enum, variant, fie
 
 
 def test_the_sources_of_the_brain_were_understood():
-    assert {enum for enum, _, _ in VARIANTS} >= {"PlanError", "NavigateError", "TrackError"}
+    assert {enum for enum, _, _ in VARIANTS} >= {"PlanError", "NavigateError", "InputError"}
     assert len(VARIANTS) > 60
 
 
@@ -79,11 +79,11 @@ def test_every_error_made_in_python_carries_exactly_its_fields():
 def test_every_class_is_raised_somewhere():
     brain = "".join(
         re.sub(r"^pub enum \w+Error \{\n.*?^\}", "", source.read_text(), flags=re.S | re.M)
-        for source in sorted((ROOT / "crates").rglob("src/**/*.rs"))
+        for source in sorted((ROOT / "crates").glob("*/src/**/*.rs"))
     )
     raised = {name for name, _, _ in raised_in_python()}
     for name in CLASSES.keys() - BASES - raised:
-        assert re.search(rf'\w+(?:Error)?::{name}\b|"{name}"', brain), f"nothing raises {name}"
+        assert re.search(rf"\w+Error::{name}\b", brain), f"nothing raises {name}"
 
 
 def test_every_class_says_what_went_wrong_and_is_a_value_error():

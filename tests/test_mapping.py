@@ -136,7 +136,7 @@ def test_readings_that_cannot_be_are_refused_by_name_with_their_values():
     with pytest.raises(cairn.errors.MappingValueOutOfRange) as setting:
         OccupancyMap(config={"sonar_free": -1.0})
     assert setting.value.key == "sonar_free"
-    with pytest.raises(ValueError, match="unknown field"):
+    with pytest.raises(cairn.errors.SettingsInvalid, match="unknown field"):
         OccupancyMap(config={"sonar_fre": 1.0})
     with pytest.raises(cairn.errors.RaysShapeMismatch):
         raycast(np.zeros((3, 3), bool), 1.0, (0, 0), [(0, 0, 0)], [0.0])

@@ -23,7 +23,7 @@ def test_a_negative_speed_limit_is_refused_by_name_with_its_key_and_value():
 
 
 def test_an_unknown_key_is_refused_with_its_line():
-    with pytest.raises(ValueError, match="line 4"):
+    with pytest.raises(cairn.errors.ProfileUnreadable, match="line 4"):
         Profile.from_toml(P3AT.replace('name = "Pioneer P3-AT"', 'nickname = "Pioneer P3-AT"'))
 
 

@@ -63,7 +63,7 @@ class Cvm:
     Raises:
         AvoidanceValueOutOfRange: a setting is outside its range.
         AvoidanceWeightsNotOne: the weights of (7) do not sum to one.
-        ValueError: an unknown setting.
+        SettingsInvalid: an unknown setting.
     """
 
     def __init__(self, profile: Profile, **config: Any) -> None:

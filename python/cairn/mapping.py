@@ -29,7 +29,7 @@ class OccupancyMap:
 
     Raises:
         MappingValueOutOfRange: a setting cannot be.
-        ValueError: an unknown setting.
+        SettingsInvalid: an unknown setting.
     """
 
     def __init__(

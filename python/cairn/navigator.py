@@ -89,8 +89,8 @@ class Navigator:
         config: settings that differ from `default_config`, nested like it.
 
     Raises:
+        SettingsInvalid: an unknown setting, or one of the wrong type.
         NavigatorSettingInvalid, and the errors of the parts: a setting is not usable.
-        ValueError: an unknown setting.
     """
 
     def __init__(

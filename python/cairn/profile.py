@@ -177,7 +177,8 @@ class Profile(_brain.Profile):
         Raises:
             ProfileNotFound: neither a shipped name nor a file.
             ProfileKeyUnknown, ProfileKeyMissing, ProfileValueOutOfRange: what the file says is not
-                usable; a `ValueError` with the line where it is not TOML.
+                usable.
+            ProfileUnreadable: it is not TOML, or has keys that are not those of a profile.
         """
         shipped = files("cairn") / "data" / "profiles"
         if isinstance(name_or_path, str) and name_or_path.isidentifier():

@@ -1,10 +1,9 @@
 use cairn::avoid::{AvoidError, Cvm, CvmConfig};
 use cairn::geometry::{Point2, Twist2};
 use numpy::PyReadonlyArray2;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
+use crate::convert::settings;
 use crate::errors::to_python;
 use crate::robot::Profile;
 
@@ -18,9 +17,8 @@ pub struct CurvatureVelocity {
 impl CurvatureVelocity {
     /// For a robot of this profile; `config` holds settings that differ from their defaults.
     #[new]
-    fn new(profile: &Profile, config: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let config: CvmConfig =
-            pythonize::depythonize(config).map_err(|e| PyValueError::new_err(e.to_string()))?;
+    fn new(profile: &Profile, config: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let config: CvmConfig = settings(Some(config), "avoidance")?;
         let robot = &profile.inner;
         let inner = Cvm::new(&config, &robot.limits, &robot.footprint).map_err(|e| to_python(&e))?;
         Ok(Self { inner })

@@ -4,6 +4,31 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::Serialize;
 
+/// What the bindings themselves refuse.
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize)]
+pub enum InputError {
+    /// The text of a controller or a fuzzy system is not TOML, or has keys that do not belong.
+    #[error("{reason}")]
+    ControllerUnreadable {
+        /// Where and why.
+        reason: String,
+    },
+    /// The text of a profile is not TOML, or its keys are not those of a profile.
+    #[error("{reason}")]
+    ProfileUnreadable {
+        /// Where and why.
+        reason: String,
+    },
+    /// Settings have a key that does not belong, or a value of the wrong type.
+    #[error("{part}: {reason}")]
+    SettingsInvalid {
+        /// Of what part.
+        part: String,
+        /// Which and why.
+        reason: String,
+    },
+}
+
 /// Raises the variant of `error` as `cairn.errors.<Variant>`, its fields as attributes.
 ///
 /// Every error enum of the brain derives `Serialize`, so that a variant with fields arrives here

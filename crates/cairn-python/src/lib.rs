@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod avoid;
+mod convert;
 mod errors;
 mod locate;
 mod navigate;

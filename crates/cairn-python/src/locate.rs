@@ -1,51 +1,12 @@
 use cairn::geometry::{Point2, Pose2};
 use cairn::locate::{MatchingConfig, OdometryConfig, WheelTravel};
-use cairn::world::{Grid, GridGeometry, MappingConfig};
+use cairn::world::MappingConfig;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, ToPyArray};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use serde::de::DeserializeOwned;
 
+use crate::convert::{Triple, WorldParts, grid_of, occupancy_grid, points, pose_of, settings, triple};
 use crate::errors::to_python;
 use crate::robot::Profile;
-use crate::world::occupancy_grid;
-
-type Triple = (f64, f64, f64);
-/// Cells (rows, cols), resolution [m], origin (x, y, yaw).
-type WorldParts<'py> = (PyReadonlyArray2<'py, u8>, f64, Triple);
-
-fn pose_of((x, y, heading): Triple) -> Pose2 {
-    // Not Pose2::new: a heading that is no number must arrive as it is, to be refused by name.
-    Pose2 { x, y, heading: cairn::geometry::wrap_angle(heading) }
-}
-
-fn triple(pose: Pose2) -> Triple {
-    (pose.x, pose.y, pose.heading)
-}
-
-/// The settings given, over the defaults.
-fn config_of<T: DeserializeOwned + Default>(given: Option<&Bound<'_, PyAny>>, part: &str) -> PyResult<T> {
-    given.map_or_else(
-        || Ok(T::default()),
-        |given| pythonize::depythonize(given).map_err(|e| PyValueError::new_err(format!("{part}: {e}"))),
-    )
-}
-
-fn points<'py>(py: Python<'py>, points: &[Point2]) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let flat: Vec<f64> = points.iter().flat_map(|p| [p.x, p.y]).collect();
-    flat.into_pyarray(py).reshape([points.len(), 2])
-}
-
-fn occupied_grid(cells: &PyReadonlyArray2<'_, bool>, resolution_m: f64, origin: Triple) -> Grid<bool> {
-    let cells = cells.as_array();
-    let geometry = GridGeometry {
-        rows: cells.nrows(),
-        cols: cells.ncols(),
-        resolution_m,
-        world_from_grid: pose_of(origin),
-    };
-    Grid::new(geometry, cells.iter().copied().collect())
-}
 
 // ---- ray casting ---------------------------------------------------------------------------------
 
@@ -60,7 +21,7 @@ fn raycast<'py>(
     directions_rad: PyReadonlyArray1<'py, f64>,
     max_range_m: f64,
 ) -> Bound<'py, PyArray1<f64>> {
-    let grid = occupied_grid(&occupied, resolution_m, origin);
+    let grid = grid_of(&occupied, resolution_m, pose_of(origin));
     let (from, directions) = (from_points.as_array(), directions_rad.as_array());
     let rays: Vec<_> =
         from.rows().into_iter().zip(directions).map(|(p, d)| (Point2::new(p[0], p[1]), *d)).collect();
@@ -82,7 +43,7 @@ fn sonar_ranges<'py>(
     beam_rad: f64,
     max_range_m: f64,
 ) -> Bound<'py, PyArray1<f64>> {
-    let grid = occupied_grid(&occupied, resolution_m, origin);
+    let grid = grid_of(&occupied, resolution_m, pose_of(origin));
     let poses: Vec<Pose2> =
         world_from_sonar.as_array().rows().into_iter().map(|p| pose_of((p[0], p[1], p[2]))).collect();
     let ranges: Vec<f64> = py.detach(|| {
@@ -107,7 +68,7 @@ impl OccupancyMap {
         prior: Option<WorldParts<'_>>,
         config: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let config: MappingConfig = config_of(config.as_ref(), "mapping")?;
+        let config: MappingConfig = settings(config.as_ref(), "mapping")?;
         match prior {
             None => cairn::world::OccupancyMap::new(&config, resolution_m),
             Some((cells, resolution_m, origin)) => cairn::world::OccupancyMap::from_occupancy(
@@ -207,7 +168,7 @@ pub struct Odometry {
 impl Odometry {
     #[new]
     fn new(profile: &Profile, start: Triple, config: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
-        let config: OdometryConfig = config_of(config.as_ref(), "odometry")?;
+        let config: OdometryConfig = settings(config.as_ref(), "odometry")?;
         cairn::locate::Odometry::new(&config, &profile.inner.drive, pose_of(start))
             .map(|inner| Self { inner })
             .map_err(|e| to_python(&e))
@@ -264,7 +225,7 @@ pub struct MapMatcher {
 impl MapMatcher {
     #[new]
     fn new(prior: WorldParts<'_>, config: Option<Bound<'_, PyAny>>) -> PyResult<Self> {
-        let config: MatchingConfig = config_of(config.as_ref(), "matching")?;
+        let config: MatchingConfig = settings(config.as_ref(), "matching")?;
         let (cells, resolution_m, origin) = prior;
         cairn::locate::MapMatcher::new(&config, &occupancy_grid(&cells, resolution_m, pose_of(origin)))
             .map(|inner| Self { inner })

@@ -1,30 +1,14 @@
-use cairn::geometry::{Point2, Pose2, Twist2};
+use cairn::geometry::{Point2, Twist2};
 use cairn::locate::WheelTravel;
 use cairn::navigate::{NavigatorConfig, PAPER, TickInput, WorldField};
 use cairn::track::TrackerConfig;
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
-use pyo3::exceptions::PyValueError;
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
 use serde::Serialize;
 
+use crate::convert::{Triple, WorldParts, controller, occupancy_grid, points, pose_of, settings, triple};
 use crate::errors::to_python;
 use crate::robot::Profile;
-use crate::world::occupancy_grid;
-
-type Triple = (f64, f64, f64);
-
-fn pose_of(pose: Triple) -> Pose2 {
-    Pose2::new(pose.0, pose.1, pose.2)
-}
-
-fn triple(pose: Pose2) -> Triple {
-    (pose.x, pose.y, pose.heading)
-}
-
-fn points<'py>(py: Python<'py>, points: &[Point2]) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let flat: Vec<f64> = points.iter().flat_map(|p| [p.x, p.y]).collect();
-    flat.into_pyarray(py).reshape([points.len(), 2])
-}
 
 /// The name that serde gives a unit variant.
 fn name_of<T: Serialize>(py: Python<'_>, value: &T) -> PyResult<String> {
@@ -133,16 +117,11 @@ impl Navigator {
         profile: &Profile,
         controller_toml: &str,
         config: Option<Bound<'_, PyAny>>,
-        map: Option<(PyReadonlyArray2<'_, u8>, f64, Triple)>,
+        map: Option<WorldParts<'_>>,
         start: Option<Triple>,
     ) -> PyResult<Self> {
-        let controller: TrackerConfig =
-            toml::from_str(controller_toml).map_err(|e| PyValueError::new_err(format!("controller: {e}")))?;
-        let config: NavigatorConfig = match config {
-            Some(given) => pythonize::depythonize(&given)
-                .map_err(|e| PyValueError::new_err(format!("navigator config: {e}")))?,
-            None => NavigatorConfig::default(),
-        };
+        let controller: TrackerConfig = controller(controller_toml)?;
+        let config: NavigatorConfig = settings(config.as_ref(), "navigator")?;
         let world =
             map.map(|(cells, resolution_m, origin)| occupancy_grid(&cells, resolution_m, pose_of(origin)));
         let start = start.map(pose_of);

@@ -1,6 +1,6 @@
 use std::sync::Arc;
 
-use cairn::geometry::{Point2, Pose2};
+use cairn::geometry::Point2;
 use cairn::plan::{self, Cost, Engine, Graph, LayeredOptions, PlanError, PlanOptions, Steps, Values};
 use cairn::world::{Cell, Grid, GridGeometry};
 use numpy::ndarray::ArrayView2;
@@ -8,6 +8,7 @@ use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonly
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::convert::{Triple, grid_of, points, pose_of};
 use crate::errors::to_python;
 
 /// Cost-to-go and next cell of every cell of a grid. `cairn.planning.Field` is its public face.
@@ -72,9 +73,7 @@ impl GridField {
     ) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let goals: Vec<Point2> = goals.into_iter().map(|(x, y)| Point2::new(x, y)).collect();
         let path = py.detach(|| self.inner.path_in_world(Point2::new(start.0, start.1), &goals));
-        let Some(points) = path.map_err(|e| to_python(&e))? else { return Ok(None) };
-        let flat: Vec<f64> = points.iter().flat_map(|point| [point.x, point.y]).collect();
-        Ok(Some(flat.into_pyarray(py).reshape([points.len(), 2])?))
+        path.map_err(|e| to_python(&e))?.map(|path| points(py, &path)).transpose()
     }
 }
 
@@ -99,18 +98,12 @@ fn cell_inside((row, col): (i64, i64), rows: usize, cols: usize) -> Option<Cell>
 }
 
 /// (resolution [m], (x, y, yaw)) of a grid in the world.
-type Place = (f64, (f64, f64, f64));
+type Place = (f64, Triple);
 
 const CELLS: Place = (1.0, (0.0, 0.0, 0.0));
 
-fn geometry_of<T: Element>(array: &PyReadonlyArray2<'_, T>, (resolution_m, origin): Place) -> GridGeometry {
-    let (rows, cols) = array.as_array().dim();
-    let world_from_grid = Pose2::new(origin.0, origin.1, origin.2);
-    GridGeometry { rows, cols, resolution_m, world_from_grid }
-}
-
-fn grid_of<T: Element + Copy>(array: &PyReadonlyArray2<'_, T>, place: Place) -> Grid<T> {
-    Grid::new(geometry_of(array, place), array.as_array().iter().copied().collect())
+fn laid<T: Element + Copy>(cells: &PyReadonlyArray2<'_, T>, (resolution_m, origin): Place) -> Grid<T> {
+    grid_of(cells, resolution_m, pose_of(origin))
 }
 
 fn cells_of(goals: Vec<(i64, i64)>, geometry: &GridGeometry) -> PyResult<Vec<Cell>> {
@@ -141,7 +134,7 @@ fn plan_free(
     paper_steps: bool,
     threads: Option<usize>,
 ) -> PyResult<GridField> {
-    let grid = grid_of(&free, place);
+    let grid = laid(&free, place);
     let goals = cells_of(goals, &grid.geometry)?;
     let options = options_of(corner_cutting, paper_steps, threads);
     solved(py.detach(|| plan::plan_free(&grid, &goals, &options)))
@@ -157,7 +150,7 @@ fn plan_costs_f32(
     corner_cutting: bool,
     threads: Option<usize>,
 ) -> PyResult<GridField> {
-    let grid = grid_of(&costs, place);
+    let grid = laid(&costs, place);
     let goals = cells_of(goals, &grid.geometry)?;
     let options = options_of(corner_cutting, false, threads);
     solved(py.detach(|| plan::plan_costs_f32(&grid, &goals, &options)))
@@ -173,7 +166,7 @@ fn plan_costs_f64(
     corner_cutting: bool,
     threads: Option<usize>,
 ) -> PyResult<GridField> {
-    let grid = grid_of(&costs, place);
+    let grid = laid(&costs, place);
     let goals = cells_of(goals, &grid.geometry)?;
     let options = options_of(corner_cutting, false, threads);
     solved(py.detach(|| plan::plan_costs_f64(&grid, &goals, &options)))
@@ -188,7 +181,7 @@ fn goal_cells(
     place: Place,
 ) -> PyResult<Vec<(usize, usize)>> {
     let (resolution_m, origin) = place;
-    let world_from_grid = Pose2::new(origin.0, origin.1, origin.2);
+    let world_from_grid = pose_of(origin);
     let geometry = GridGeometry { rows, cols, resolution_m, world_from_grid };
     let cell = |(x_m, y_m)| match geometry.cell_at(Point2::new(x_m, y_m)) {
         Some(cell) => Ok((cell.row, cell.col)),
@@ -341,7 +334,7 @@ fn graph_of_free<'py>(
     corner_cutting: bool,
     paper_steps: bool,
 ) -> PyResult<Csr<'py>> {
-    let (grid, options) = (grid_of(&free, CELLS), options_of(corner_cutting, paper_steps, None));
+    let (grid, options) = (laid(&free, CELLS), options_of(corner_cutting, paper_steps, None));
     csr(py, py.detach(|| plan::graph_of_free(&grid, &options)))
 }
 
@@ -352,7 +345,7 @@ fn graph_of_costs_f32<'py>(
     costs: PyReadonlyArray2<'py, f32>,
     corner_cutting: bool,
 ) -> PyResult<Csr<'py>> {
-    let (grid, options) = (grid_of(&costs, CELLS), options_of(corner_cutting, false, None));
+    let (grid, options) = (laid(&costs, CELLS), options_of(corner_cutting, false, None));
     csr(py, py.detach(|| plan::graph_of_costs_f32(&grid, &options)))
 }
 
@@ -363,7 +356,7 @@ fn graph_of_costs_f64<'py>(
     costs: PyReadonlyArray2<'py, f64>,
     corner_cutting: bool,
 ) -> PyResult<Csr<'py>> {
-    let (grid, options) = (grid_of(&costs, CELLS), options_of(corner_cutting, false, None));
+    let (grid, options) = (laid(&costs, CELLS), options_of(corner_cutting, false, None));
     csr(py, py.detach(|| plan::graph_of_costs_f64(&grid, &options)))
 }
 

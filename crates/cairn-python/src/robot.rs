@@ -1,10 +1,9 @@
 use cairn::robot::{Drive, Footprint, Lidar, Limits, RobotProfile, Sonar};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use crate::errors::to_python;
+use crate::errors::{InputError, to_python};
 
 /// A robot profile, checked: outline, limits, wheels and sensors.
 #[pyclass(frozen, subclass, module = "cairn._brain")]
@@ -35,7 +34,8 @@ impl Profile {
     /// Reads a profile from TOML text; `[physics]` and `[noise]` are the body's and not looked at.
     #[new]
     fn new(text: &str) -> PyResult<Self> {
-        let file: ProfileFile = toml::from_str(text).map_err(|e| PyValueError::new_err(e.to_string()))?;
+        let file: ProfileFile = toml::from_str(text)
+            .map_err(|e| to_python(&InputError::ProfileUnreadable { reason: e.to_string() }))?;
         let ProfileFile { name, footprint, limits, drive, sonars, lidar, .. } = file;
         let inner = RobotProfile { name, footprint, limits, drive, sonars, lidar };
         Ok(Self { inner: inner.validated().map_err(|e| to_python(&e))? })

@@ -1,13 +1,12 @@
 use std::cell::RefCell;
 
 use cairn::fuzzy::FuzzyConfig;
-use cairn::geometry::{Point2, Pose2, Twist2};
+use cairn::geometry::{Point2, Twist2};
 use cairn::track::{TrackerConfig, WaypointConfig, Waypoints};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
-use serde::de::DeserializeOwned;
 
+use crate::convert::{Triple, controller, points, pose_of};
 use crate::errors::to_python;
 use crate::robot::Profile;
 
@@ -20,8 +19,8 @@ struct FuzzySystem {
 #[pymethods]
 impl FuzzySystem {
     #[new]
-    fn new(py: Python<'_>, text: &str) -> PyResult<Self> {
-        let config: FuzzyConfig = read(py, text)?;
+    fn new(text: &str) -> PyResult<Self> {
+        let config: FuzzyConfig = controller(text)?;
         Ok(Self { inner: cairn::fuzzy::FuzzySystem::new(&config).map_err(|e| to_python(&e))? })
     }
 
@@ -69,8 +68,8 @@ struct Tracker {
 #[pymethods]
 impl Tracker {
     #[new]
-    fn new(py: Python<'_>, text: &str, profile: &Profile) -> PyResult<Self> {
-        let config: TrackerConfig = read(py, text)?;
+    fn new(text: &str, profile: &Profile) -> PyResult<Self> {
+        let config: TrackerConfig = controller(text)?;
         let inner = cairn::track::Tracker::new(&config, &profile.inner.limits)
             .and_then(|tracker| tracker.with_latency(profile.inner.drive.latency_s))
             .map_err(|e| to_python(&e))?;
@@ -117,9 +116,7 @@ impl Tracker {
 
     #[getter]
     fn waypoints<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
-        let Some(waypoints) = self.inner.waypoints() else { return Ok(None) };
-        let flat: Vec<f64> = waypoints.points().iter().flat_map(|p| [p.x, p.y]).collect();
-        Ok(Some(flat.into_pyarray(py).reshape([waypoints.len(), 2])?))
+        self.inner.waypoints().map(|waypoints| points(py, waypoints.points())).transpose()
     }
 
     #[getter]
@@ -139,13 +136,13 @@ impl Tracker {
     fn step<'py>(
         &mut self,
         py: Python<'py>,
-        pose: (f64, f64, f64),
+        pose: Triple,
         twist: (f64, f64),
         dt_s: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
         let record = self
             .inner
-            .try_step(Pose2::new(pose.0, pose.1, pose.2), Twist2::new(twist.0, twist.1), dt_s)
+            .try_step(pose_of(pose), Twist2::new(twist.0, twist.1), dt_s)
             .map_err(|e| to_python(&e))?;
         Ok(pythonize::pythonize(py, &record)?)
     }
@@ -157,18 +154,6 @@ impl Tracker {
     fn tracker_system(&self) -> FuzzySystem {
         FuzzySystem { inner: self.inner.system().clone() }
     }
-}
-
-fn read<T: DeserializeOwned>(py: Python<'_>, text: &str) -> PyResult<T> {
-    toml::from_str(text).map_err(|error| {
-        let raised = || {
-            let class = py.import("cairn.errors")?.getattr("ControllerUnreadable")?;
-            let fields = PyDict::new(py);
-            fields.set_item("reason", error.to_string())?;
-            Ok(PyErr::from_value(class.call((error.to_string(),), Some(&fields))?))
-        };
-        raised().unwrap_or_else(|failure: PyErr| failure)
-    })
 }
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

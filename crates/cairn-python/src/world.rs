@@ -1,29 +1,13 @@
 use cairn::geometry::Pose2;
 use cairn::robot::Footprint;
-use cairn::world::{CostLayer, CostmapConfig, Grid, GridGeometry, Occupancy, OccupancyGrid};
+use cairn::world::{CostLayer, CostmapConfig, Grid};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::convert::{grid_of, occupancy_grid, settings};
 use crate::errors::to_python;
 
 // ---- grids and cost maps -------------------------------------------------------------------------
-
-/// An occupancy grid from uint8 cells: 0 free, 1 occupied, anything else unknown.
-pub fn occupancy_grid(
-    cells: &PyReadonlyArray2<'_, u8>,
-    resolution_m: f64,
-    world_from_grid: Pose2,
-) -> OccupancyGrid {
-    let cells = cells.as_array();
-    let geometry = GridGeometry { rows: cells.nrows(), cols: cells.ncols(), resolution_m, world_from_grid };
-    let known = |cell: &u8| match cell {
-        0 => Occupancy::Free,
-        1 => Occupancy::Occupied,
-        _ => Occupancy::Unknown,
-    };
-    Grid::new(geometry, cells.iter().map(known).collect())
-}
 
 fn to_numpy(py: Python<'_>, grid: Grid<f32>) -> PyResult<Bound<'_, PyArray2<f32>>> {
     let shape = [grid.geometry.rows, grid.geometry.cols];
@@ -39,10 +23,7 @@ fn distance_to_occupied<'py>(
     resolution_m: f64,
     surface: bool,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
-    let cells = occupied.as_array();
-    let world_from_grid = Pose2::IDENTITY;
-    let geometry = GridGeometry { rows: cells.nrows(), cols: cells.ncols(), resolution_m, world_from_grid };
-    let grid = Grid::new(geometry, cells.iter().copied().collect());
+    let grid = grid_of(&occupied, resolution_m, Pose2::IDENTITY);
     let distances = py.detach(|| match surface {
         true => cairn::world::distance_to_surface(&grid),
         false => cairn::world::distance_to_occupied(&grid),
@@ -61,8 +42,7 @@ fn costmap<'py>(
     ground: Option<PyReadonlyArray2<'py, f32>>,
     layers: Vec<(String, PyReadonlyArray2<'py, f32>, f64)>,
 ) -> PyResult<Bound<'py, PyArray2<f32>>> {
-    let config: CostmapConfig =
-        pythonize::depythonize(&config).map_err(|e| PyValueError::new_err(format!("costmap: {e}")))?;
+    let config: CostmapConfig = settings(Some(&config), "costmap")?;
     let occupancy = occupancy_grid(&occupancy, resolution_m, Pose2::IDENTITY);
     let footprint = Footprint { length_m: footprint.0, width_m: footprint.1 };
     let ground: Option<Vec<f32>> = ground.map(|values| values.as_array().iter().copied().collect());

@@ -27,6 +27,12 @@ class ProfileKeyMissing(CairnError):
     key: str
 
 
+class ProfileUnreadable(CairnError):
+    """The text of a profile is not TOML, or its keys are not those of a profile."""
+
+    reason: str
+
+
 class ProfileTableMissing(CairnError):
     """A simulation was asked of a profile without the table that describes it."""
 
@@ -336,6 +342,13 @@ class MatchingRangeCount(CairnError):
 
 
 # ---- navigating ----------------------------------------------------------------------------------
+
+
+class SettingsInvalid(CairnError):
+    """Settings of a part have a key that does not belong, or a value of the wrong type."""
+
+    part: str
+    reason: str
 
 
 class NavigatorSettingInvalid(CairnError):

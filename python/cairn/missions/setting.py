@@ -91,9 +91,7 @@ def _navigator(
 ) -> cairn.Navigator:
     try:
         return cairn.Navigator(profile, known, start=start, config=scenario.navigator or None)
-    except ValueError as error:
-        if isinstance(error, errors.CairnError):
-            raise
+    except errors.SettingsInvalid as error:
         raise errors.ScenarioInvalid(
             f"scenario `{scenario.name}`: `navigator`: {error}",
             path=str(scenario.folder or ""),
