@@ -4,6 +4,9 @@ Robots under this contract have the P3-AT's profile.
 """
 
 import math
+import subprocess
+import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -200,3 +203,27 @@ class RobotContract:
 
         assert record(7) == record(7)
         assert record(7)[0] != record(8)[0]
+
+    def test_two_processes_give_the_same_bits(self):
+        kind = type(self.make(NOWHERE)).__name__
+        program = (
+            f"from cairn.robots import {kind}\n"
+            "from robot_contract import *\n"
+            "scene = Scene(boxes=(Box(2, 1, 1, 1), Box(1.5, 0, 0.2, 0.2, from_s=1.0)))\n"
+            f"robot = {kind}(P3AT, scene, (0, 0, 0), seed=5)\n"
+            "for reading in drive(robot, (0.4, 0.2), 6.0):\n"
+            "    print(reading.ranges_m.tobytes().hex(), reading.wheels_m, reading.gyro_radps)\n"
+            "print(robot.truth, robot.contacts)\n"
+        )
+        runs = [
+            subprocess.run(
+                [sys.executable, "-c", program],
+                capture_output=True,
+                text=True,
+                check=True,
+                cwd=Path(__file__).parent,
+            )
+            for _ in range(2)
+        ]
+        assert runs[0].stdout == runs[1].stdout
+        assert "Contact" in runs[0].stdout

@@ -5,9 +5,9 @@ import pytest
 
 import cairn
 from cairn.missions import Scenario, run, run_many, shipped
-from cairn.missions.reading import shipped_folder
+from cairn.shipped import folder
 
-QUICK = (shipped_folder() / "quick.toml").read_text()
+QUICK = (folder("scenarios") / "quick.toml").read_text()
 
 
 def without_wall(record):

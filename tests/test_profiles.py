@@ -22,6 +22,15 @@ def test_a_negative_speed_limit_is_refused_by_name_with_its_key_and_value():
     assert (caught.value.key, caught.value.value) == ("limits.linear_mps", -0.7)
 
 
+def test_a_profile_or_controller_that_is_no_text_is_refused_by_name(tmp_path):
+    path = tmp_path / "robot.toml"
+    path.write_bytes(b"\xff\xfe")
+    with pytest.raises(cairn.errors.ProfileUnreadable, match="byte 0"):
+        cairn.Profile.load(path)
+    with pytest.raises(cairn.errors.ControllerUnreadable, match="byte 0"):
+        cairn.Navigator("p3at", controller=path)
+
+
 def test_an_unknown_key_is_refused_with_its_line():
     with pytest.raises(cairn.errors.ProfileUnreadable, match="line 4"):
         Profile.from_toml(P3AT.replace('name = "Pioneer P3-AT"', 'nickname = "Pioneer P3-AT"'))

@@ -1,4 +1,6 @@
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import cairn
@@ -9,10 +11,13 @@ README = (ROOT / "README.md").read_text()
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])
 
 
-def test_the_python_of_the_readme_works(capsys):
+def test_the_python_of_the_readme_works(tmp_path):
     (code,) = re.findall(r"```python\n(.*?)```", README, re.S)
-    exec(code, {})
-    assert "reached goal" in capsys.readouterr().out
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, cwd=tmp_path
+    )
+    assert done.returncode == 0, done.stderr
+    assert "reached goal" in done.stdout
 
 
 def test_the_readme_names_every_scenario():
@@ -34,4 +39,5 @@ def test_every_file_that_the_documents_link_to_exists():
 
 
 def test_what_the_readme_uses_is_exported():
-    assert {"maps", "plan", "costmap", "Profile", "missions"} <= set(dir(cairn))
+    used = set(re.findall(r"\bcairn\.(\w+)", README)) - {"errors"}
+    assert used <= set(cairn.__all__)

@@ -1,7 +1,5 @@
 import builtins
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -107,26 +105,6 @@ def test_a_profile_without_physics_is_refused_by_the_table():
     text = P3AT.text[: P3AT.text.index("[physics]")]
     with pytest.raises(cairn.errors.ProfileTableMissing, match=r"\[physics\]"):
         MujocoP3AT(cairn.Profile(text), Scene(), (0.0, 0.0, 0.0), noise=EXACT)
-
-
-def test_two_processes_give_the_same_bits():
-    program = (
-        "import cairn, hashlib\n"
-        "from cairn.robots import Box, MujocoP3AT, Scene\n"
-        "scene = Scene(boxes=(Box(2, 1, 1, 1), Box(1.5, 0, 0.2, 0.2, from_s=1.0)))\n"
-        "robot = MujocoP3AT(cairn.Profile.load('p3at'), scene, (0, 0, 0), seed=5)\n"
-        "digest = hashlib.sha256()\n"
-        "for _ in range(60):\n"
-        "    robot.command((0.4, 0.2)); robot.advance(0.1); r = robot.sense()\n"
-        "    digest.update(r.ranges_m.tobytes() + repr((r.wheels_m, r.gyro_radps)).encode())\n"
-        "print(digest.hexdigest(), robot.truth, robot.contacts)\n"
-    )
-    runs = [
-        subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-        for _ in range(2)
-    ]
-    assert runs[0].stdout == runs[1].stdout
-    assert "Contact" in runs[0].stdout
 
 
 def test_rays_of_the_physics_meet_what_the_rectangles_say():

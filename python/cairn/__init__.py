@@ -1,6 +1,6 @@
 """Cairn plans, tracks, avoids and arrives: navigation for mobile robots that explains itself."""
 
-from cairn import errors, maps
+from cairn import errors, maps, missions, robots
 from cairn._brain import __version__
 from cairn.avoidance import Cvm
 from cairn.graphs import (
@@ -35,8 +35,10 @@ __all__ = [
     "graph_from_edges",
     "grid_graph",
     "maps",
+    "missions",
     "plan",
     "plan_graph",
     "plan_grid",
     "plan_layered",
+    "robots",
 ]

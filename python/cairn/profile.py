@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import math
 import tomllib
-from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from cairn import _brain, errors
+from cairn import _brain, errors, shipped
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -180,20 +179,15 @@ class Profile(_brain.Profile):
                 usable.
             ProfileUnreadable: it is not TOML, or has keys that are not those of a profile.
         """
-        shipped = files("cairn") / "data" / "profiles"
-        if isinstance(name_or_path, str) and name_or_path.isidentifier():
-            resource = shipped / f"{name_or_path}.toml"
-            if resource.is_file():
-                return cls(resource.read_text(encoding="utf-8"))
-        path = Path(name_or_path)
-        if not path.is_file():
-            known = sorted(f.name[:-5] for f in shipped.iterdir() if f.name.endswith(".toml"))
+        path = shipped.find("profiles", name_or_path)
+        if path is None:
+            known = shipped.names("profiles")
             raise errors.ProfileNotFound(
                 f"robot profile `{name_or_path}` is neither a file nor one of {', '.join(known)}",
                 profile=str(name_or_path),
                 known=known,
             )
-        return cls(path.read_text(encoding="utf-8"))
+        return cls(shipped.read(path, errors.ProfileUnreadable))
 
     @property
     def range_count(self) -> int:

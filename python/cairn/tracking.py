@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cairn import _brain, errors
+from cairn import _brain, errors, shipped
 from cairn.robots.robot import Twist
 
 Point = tuple[float, float]
@@ -21,23 +20,19 @@ def controller_text(controller: str | Path) -> str:
 
     Raises:
         ControllerNotFound: none of the three.
+        ControllerUnreadable: the file is not text.
     """
     if isinstance(controller, str) and "\n" in controller:
         return controller
-    shipped = files("cairn") / "data" / "controllers"
-    if isinstance(controller, str) and controller.isidentifier():
-        resource = shipped / f"{controller}.toml"
-        if resource.is_file():
-            return resource.read_text(encoding="utf-8")
-    path = Path(controller)
-    if not path.is_file():
-        known = sorted(f.name[:-5] for f in shipped.iterdir() if f.name.endswith(".toml"))
+    path = shipped.find("controllers", controller)
+    if path is None:
+        known = shipped.names("controllers")
         raise errors.ControllerNotFound(
             f"controller `{controller}` is neither a file nor one of {', '.join(known)}",
             controller=str(controller),
             known=known,
         )
-    return path.read_text(encoding="utf-8")
+    return shipped.read(path, errors.ControllerUnreadable)
 
 
 class FuzzySystem:

@@ -4,33 +4,26 @@ from __future__ import annotations
 
 import re
 import tomllib
-from importlib.resources import files
 from pathlib import Path
 
 from pydantic import ValidationError
 
 from cairn.errors import ScenarioInvalid, ScenarioNotFound
 from cairn.missions.scenario import Scenario
+from cairn.shipped import find, names
 
 Key = tuple[str | int, ...]
 
 
-def shipped_folder() -> Path:
-    """Return the folder of the scenarios that come with the package."""
-    return Path(str(files("cairn"))) / "data" / "scenarios"
-
-
 def shipped() -> list[str]:
     """Return the names of the shipped scenarios, in alphabetical order."""
-    return sorted(path.stem for path in shipped_folder().glob("*.toml"))
+    return names("scenarios")
 
 
 def load(name_or_path: str | Path) -> Scenario:
     """See `Scenario.load`."""
-    path = Path(name_or_path)
-    if path.suffix != ".toml" and not path.is_file():
-        path = shipped_folder() / f"{name_or_path}.toml"
-    if not path.is_file():
+    path = find("scenarios", name_or_path)
+    if path is None:
         raise ScenarioNotFound(
             f"no scenario `{name_or_path}`: give a .toml file or one of {', '.join(shipped())}",
             name=str(name_or_path),
