@@ -9,7 +9,7 @@ PY := .venv/bin/python
 CAIRN := .venv/bin/cairn
 PYTHON_SOURCES := python tests examples
 
-.PHONY: run test test-slow test-rust test-python lint format setup bench lock clean
+.PHONY: run test test-rust test-python test-slow lint format setup lock clean
 
 run: setup
 	$(CAIRN) run office

@@ -26,7 +26,9 @@ def test_the_readme_names_every_scenario():
 
 
 def test_every_make_target_that_the_documents_name_exists():
-    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.M))
+    makefile = (ROOT / "Makefile").read_text()
+    targets = set(re.findall(r"^([a-z-]+):", makefile, re.M))
+    assert set(re.search(r"^\.PHONY: (.*)", makefile, re.M)[1].split()) == targets
     for document in ("README.md", "CONTRIBUTING.md"):
         named = set(re.findall(r"\bmake ([a-z-]+)\b", (ROOT / document).read_text()))
         assert named - {"a"} <= targets | {"and"}, document
