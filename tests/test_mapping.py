@@ -142,3 +142,52 @@ def test_readings_that_cannot_be_are_refused_by_name_with_their_values():
         raycast(np.zeros((3, 3), bool), 1.0, (0, 0), [(0, 0, 0)], [0.0])
     with pytest.raises(cairn.errors.RaysShapeMismatch):
         sonar_ranges(np.zeros(3, bool), 1.0, (0, 0), [(0, 0, 0)], 0.5, 5.0)
+
+
+def wall_with_door() -> cairn.World:
+    """4 m x 6 m, a wall 0.15 m thick across at y = 0 with a door 1 m wide at x = 0."""
+    cells = np.zeros((120, 80), np.uint8)
+    cells[[0, -1], :] = 1
+    cells[:, [0, -1]] = 1
+    cells[59:62, :30] = 1
+    cells[59:62, 50:] = 1
+    return cairn.World(cells, 0.05, (-2.0, -3.0, 0.0))
+
+
+@pytest.mark.parametrize("off_rad", np.radians([-2.0, -1.0, 0.0, 1.0, 2.0]))
+@pytest.mark.parametrize("away_m", [1.2, 1.4, 1.6, 2.0])
+def test_door_posts_heard_at_the_edge_of_the_cones_leave_the_door_open(away_m, off_rad):
+    world = wall_with_door()
+    built = OccupancyMap(prior=world)
+    believed = (0.0, away_m, -np.pi / 2)
+    for _ in range(10):
+        built.integrate(P3AT, believed, heard(world, (0.0, away_m, -np.pi / 2 + off_rad)))
+        built.integrate(P3AT, believed, heard(world, (off_rad, away_m, -np.pi / 2)))
+    assert len(built.unmapped_near((0.0, 0.0), 0.45)) == 0
+
+
+@pytest.mark.parametrize("away_m", [1.2, 1.5, 1.8])
+def test_a_box_in_the_door_is_seen_at_once_from_more_than_a_metre(away_m):
+    world = wall_with_door()
+    cells = world.occupancy.copy()
+    cells[56:65, 34:46] = 1
+    blocked = cairn.World(cells, 0.05, (-2.0, -3.0, 0.0))
+    built = OccupancyMap(prior=world)
+    for tick in range(4):
+        pose = (0.0, away_m + 0.225 - 0.04 * tick, -np.pi / 2)
+        built.integrate(P3AT, pose, heard(blocked, pose))
+    assert len(built.unmapped_near((0.0, 0.2), 0.3)) >= 3
+
+
+def test_a_crate_beside_a_wall_does_not_close_the_corridor():
+    world = corridor(2.0)
+    cells = world.occupancy.copy()
+    cells[1:10, 80:90] = 1  # x 2.0 to 2.5, y -1.0 to -0.55
+    crated = cairn.World(cells, 0.05, (-2.0, -1.05, 0.0))
+    built = OccupancyMap(prior=world)
+    for x in np.arange(0.0, 1.3, 0.04):
+        pose = (float(x), 0.2, 0.0)
+        built.integrate(P3AT, pose, heard(crated, pose))
+    found = built.unmapped_near((2.1, -0.7), 2.0)
+    assert len(found) > 0
+    assert found[:, 1].max() < -0.1, "0.45 m to the side of the crate is free"

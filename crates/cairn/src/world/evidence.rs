@@ -267,15 +267,36 @@ impl OccupancyMap {
         let own_m = (c.sonar_tolerance_m + 0.02 * range_m).max(half_res) as f32;
         let prior_m = (c.prior_tolerance_m + 0.02 * range_m) as f32;
         let wide_m = f64::from(if self.prior.is_some() { own_m.max(prior_m) } else { own_m });
-        self.collect(cone, range_m - wide_m, range_m + wide_m);
+        // A door post just beyond the edge of the cone by an estimate a little off may have answered.
+        let slack_rad =
+            if self.prior.is_some() { c.prior_slack_rad + c.prior_slack_m / range_m.max(0.1) } else { 0.0 };
+        let wide = Cone { half_rad: cone.half_rad + slack_rad, ..*cone };
+        let beyond = (wide.half_rad.min(1.5).tan() / cone.half_rad.min(1.5).tan()) as f32;
+        let beside_m = (c.prior_slack_m + 0.02 * range_m) as f32;
+        self.collect(&wide, range_m - wide_m, range_m + wide_m);
         let mut cells = std::mem::take(&mut self.scratch.cells);
         let mut total = 0.0f32;
         for cell in &mut cells {
+            cell.side *= beyond;
             let i = cell.index as usize;
             let off_m = (cell.distance_m - range_m as f32).abs();
             let wall = self.is_prior_wall(i) && self.class[i] == Occupancy::Occupied;
-            let hidden = cell.distance_m > blocked[bin_of(cell.side)] + 2.0 * half_res as f32;
-            if hidden || off_m > if wall { prior_m } else { own_m } {
+            let beside = cell.side.abs() > 1.0;
+            let near_m = match (wall, beside) {
+                (true, true) => beside_m,
+                (true, false) => prior_m,
+                (false, _) => own_m,
+            };
+            let bin = bin_of(cell.side);
+            let mut sight_m = blocked[bin];
+            if wall {
+                // Past the edge of what hides it, by an estimate a little off.
+                for &other_m in &blocked[bin.saturating_sub(1)..=(bin + 1).min(BINS - 1)] {
+                    sight_m = sight_m.max(other_m);
+                }
+            }
+            let hidden = cell.distance_m > sight_m + 2.0 * half_res as f32;
+            if hidden || (beside && !wall) || off_m > near_m {
                 cell.echo = 0.0;
                 continue;
             }
@@ -285,7 +306,7 @@ impl OccupancyMap {
             } else {
                 1.0
             };
-            cell.echo = self.log_odds[i].exp() * answers * (1.0 - 0.5 * cell.side * cell.side);
+            cell.echo = self.log_odds[i].exp() * answers * (1.0 - 0.5 * cell.side * cell.side).max(0.3);
             total += cell.echo;
         }
         if total > 0.0 {

@@ -40,6 +40,10 @@ pub struct MappingConfig {
     pub lidar_miss_range_m: f64,
     /// A wall of the prior map this near to where a reading ends explains it \[m\].
     pub prior_tolerance_m: f64,
+    /// How far beside the cone a wall of the prior map explains an echo, whatever the range \[rad\] ...
+    pub prior_slack_rad: f64,
+    /// ... and by how far the pose may be off; also how well the range must fit there \[m\].
+    pub prior_slack_m: f64,
     /// Evidence a wall of the prior map starts with, and its ceiling.
     pub prior_occupied: f64,
     /// Evidence a free cell of the prior map starts with.
@@ -77,6 +81,8 @@ impl Default for MappingConfig {
             lidar_free: 0.5,
             lidar_miss_range_m: 8.0,
             prior_tolerance_m: 0.12,
+            prior_slack_rad: 0.03,
+            prior_slack_m: 0.06,
             prior_occupied: 8.0,
             prior_free: -1.0,
             prior_erosion: 0.1,
@@ -166,6 +172,8 @@ impl MappingConfig {
             ("lidar_free", self.lidar_free, 0.0, inf),
             ("lidar_miss_range_m", self.lidar_miss_range_m, 0.0, 1000.0),
             ("prior_tolerance_m", self.prior_tolerance_m, 0.0, 1.0),
+            ("prior_slack_rad", self.prior_slack_rad, 0.0, 0.5),
+            ("prior_slack_m", self.prior_slack_m, 0.0, 1.0),
             ("prior_occupied", self.prior_occupied, self.occupied_above, 30.0),
             ("prior_free", self.prior_free, self.floor, self.occupied_above),
             ("prior_erosion", self.prior_erosion, 0.0, 1.0),
