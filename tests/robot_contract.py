@@ -182,6 +182,33 @@ class RobotContract:
             robot.shove(0.0, 3.9)
         assert robot.truth == before
 
+    def test_an_emergency_stop_brakes_at_once_and_ignores_commands_until_it_is_released(self):
+        robot = self.make(NOWHERE, noise=EXACT)
+        drive(robot, (0.5, 0.2), 3.0)
+        before = robot.truth
+        robot.emergency_stop(2.0)
+        drive(robot, (0.5, 0.2), 1.0)
+        stopped = robot.truth
+        assert math.dist(stopped[:2], before[:2]) < 0.06  # by the ramp it would be 0.42 m
+        drive(robot, (0.5, 0.2), 1.0)
+        assert robot.truth == pytest.approx(stopped, abs=2e-3)
+        drive(robot, (0.5, 0.0), 2.0)
+        assert math.dist(robot.truth[:2], stopped[:2]) > 0.4
+
+    def test_what_was_commanded_before_an_emergency_stop_is_forgotten(self):
+        robot = self.make(NOWHERE, noise=EXACT)
+        robot.command((0.5, 0.0))
+        robot.emergency_stop(0.5)
+        for _ in range(20):
+            robot.advance(TICK_S)
+        assert robot.truth == pytest.approx((0.0, 0.0, 0.0), abs=2e-3)
+
+    def test_an_emergency_stop_of_no_time_is_refused(self):
+        robot = self.make(NOWHERE)
+        for for_s in (0.0, -1.0, math.nan, math.inf):
+            with pytest.raises(cairn.errors.StepOutOfRange):
+                robot.emergency_stop(for_s)
+
     def test_a_start_inside_something_is_refused_by_its_name(self):
         with pytest.raises(cairn.errors.StandsInObstacle) as caught:
             self.make(Scene(boxes=(Box(0.3, 0.0, 0.2, 0.2, name="chair"),)))

@@ -23,6 +23,7 @@ class Twist(NamedTuple):
 class Decision:
     twist: Twist
     mode: str
+    event: str
     reason: str
     sentence: str
     pose: tuple[float, float, float]
@@ -60,17 +61,29 @@ class StraightNavigator:
     def step(self, ranges, wheels, gyro, dt_s, world_from_robot=None):
         pose = world_from_robot
         if self.goal is None:
-            return Decision(Twist(0.0, 0.0), "stop", "idle", "nothing to do", pose, "none")
+            return Decision(
+                Twist(0.0, 0.0), "stop", "nothing", "idle", "nothing to do", pose, "none"
+            )
         if self.goal[0] < 0:
-            return Decision(Twist(0.0, 0.0), "stop", "no_way", "no way there", pose, "refused")
+            return Decision(
+                Twist(0.0, 0.0),
+                "stop",
+                "goal_unattainable",
+                "no_way",
+                "no way there",
+                pose,
+                "refused",
+            )
         self.path = np.array([pose[:2], self.goal])
         dx, dy = self.goal[0] - pose[0], self.goal[1] - pose[1]
         if math.hypot(dx, dy) < self.stop_short_m:
-            return Decision(Twist(0.0, 0.0), "stop", "arrived", "arrived", pose, "reached")
+            return Decision(
+                Twist(0.0, 0.0), "stop", "arrived", "arrived", "arrived", pose, "reached"
+            )
         turn = math.remainder(math.atan2(dy, dx) - pose[2], math.tau)
         speed = 0.0 if abs(turn) > 0.3 else min(0.5, math.hypot(dx, dy))
         return Decision(
-            Twist(speed, 1.5 * turn), "path_tracking", "go", "on its way", pose, "active"
+            Twist(speed, 1.5 * turn), "path_tracking", "nothing", "go", "on its way", pose, "active"
         )
 
 
@@ -207,11 +220,49 @@ def test_exploring_lasts_as_long_as_asked_and_then_the_goal_is_taken():
     assert 4.0 <= first.ended_s <= 4.5
 
 
-def test_every_transition_is_kept_with_its_reason():
+def test_every_transition_is_kept_with_its_event_and_reason():
     transitions = run(mission(), setting=in_room()).robots[0].transitions
-    assert [(t.before, t.after, t.reason) for t in transitions] == [
-        ("path_tracking", "stop", "arrived")
+    assert [(t.before, t.event, t.after, t.reason) for t in transitions] == [
+        ("path_tracking", "arrived", "stop", "arrived")
     ]
+    assert transitions[0].to_dict()["event"] == "arrived"
+
+
+def test_an_emergency_stop_holds_the_robot_while_its_navigator_drives_on():
+    event = {"do": "emergency_stop", "at_s": 3.0, "for_s": 5.0}
+    result = run(mission(events=[event]), setting=in_room())
+    trace = result.robots[0].trace
+    pressed = [i for i, t in enumerate(trace.time_s) if 3.2 <= t <= 8.0]
+    assert len({trace.truth[i] for i in pressed}) == 1
+    assert all(trace.mode[i] == "path_tracking" for i in pressed)
+    assert result.reached
+
+
+def test_an_event_waits_until_the_robot_has_been_in_a_mode_for_a_time():
+    event = {"do": "new_goal", "x_m": 2.0, "y_m": 2.5}
+    event |= {"when_mode": "path_tracking", "mode_for_s": 2.0}
+    goal = run(mission(events=[event]), setting=in_room()).robots[0].goals[0]
+    assert (goal.outcome, goal.ended_s) == ("replaced", 2.0)
+
+
+def test_an_event_happens_only_when_all_that_it_names_holds():
+    event = {"do": "cancel", "when_mode": "path_tracking", "at_s": 4.0, "at_distance_m": 1.0}
+    result = run(mission(events=[event]), setting=in_room())
+    goal = result.robots[0].goals[0]
+    assert goal.outcome == "cancelled"
+    assert goal.ended_s > 4.0
+    assert goal.path_length_m > 1.0
+
+
+def test_an_event_in_a_mode_that_never_comes_never_happens():
+    event = {"do": "cancel", "when_mode": "obstacle_avoidance"}
+    assert run(mission(events=[event]), setting=in_room()).reached
+
+
+def test_a_goal_waits_as_long_as_asked_before_it_begins():
+    goals = [{"x_m": 2.0, "y_m": 2.5}, {"place": "east", "wait_s": 5.0}]
+    first, second = run(mission(goals=goals), setting=in_room()).robots[0].goals
+    assert second.started_s == pytest.approx(first.ended_s + 5.0, abs=0.11)
 
 
 def test_the_modes_add_up_to_the_time():
@@ -221,8 +272,17 @@ def test_the_modes_add_up_to_the_time():
 
 
 def test_an_expectation_that_is_not_met_is_said_and_is_a_failure():
-    result = run(mission(expect={"plan_count": 2, "modes": ["dancing"]}), setting=in_room())
-    assert result.unmet == ["expected 2 plans, made 1", "expected the mode dancing, never entered"]
+    expect = {
+        "plan_count": 2,
+        "modes": ["obstacle_avoidance"],
+        "transitions": ["arrived", "local_minimum"],
+    }
+    result = run(mission(expect=expect), setting=in_room())
+    assert result.unmet == [
+        "expected 2 plans, made 1",
+        "expected a change of mode by local_minimum, there was none",
+        "expected the mode obstacle_avoidance, never entered",
+    ]
     assert result.exit_code == 3
 
 

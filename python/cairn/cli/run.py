@@ -14,7 +14,7 @@ from rich.table import Table
 from cairn.cli.progress import Progress
 from cairn.cli.root import app, complain, console
 from cairn.errors import CairnError
-from cairn.missions import Result, Scenario, run, run_many, shipped
+from cairn.missions import Change, Result, Scenario, coverage, run, run_many, shipped
 from cairn.missions.result import EXIT_CONTACT, EXIT_NOT_REACHED, EXIT_OK, EXIT_USAGE
 from cairn.record import DecisionLog, write_summary
 
@@ -127,10 +127,11 @@ def _print_result(result: Result) -> None:
 
 
 def _table(names: list[str], seeds: int, as_json: bool) -> int:
-    """Run scenarios × seeds, print one table, and return the worst exit code."""
+    """Run scenarios × seeds, print two tables, and return the worst exit code."""
     for name in names:
         Scenario.load(name)  # bad input is refused before anything runs
     records: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
+    summaries: dict[str, list[dict[str, Any]]] = {}
     failures: list[Exception] = []
     show = None if as_json or not console.is_terminal else console.status("running …")
     total, finished = len(names) * seeds, 0
@@ -140,20 +141,27 @@ def _table(names: list[str], seeds: int, as_json: bool) -> int:
             if isinstance(record, Exception):
                 failures.append(record)
             else:
-                records[name].append(record["summary"])
+                records[name].append(record)
             if show:
                 show.update(f"{finished} of {total} runs, last: {name}, seed {seed}")
-    for summaries in records.values():
-        summaries.sort(key=lambda summary: summary["seed"])
+    for name, runs in records.items():
+        summaries[name] = sorted((run["summary"] for run in runs), key=lambda s: s["seed"])
+    counts = coverage(records)
     if as_json:
-        sys.stdout.write(json.dumps({"summary": records}, indent=2, allow_nan=False) + "\n")
+        seen = [change._asdict() | {"reached": places} for change, places in counts.items()]
+        both = {"summary": summaries, "transitions": seen}
+        sys.stdout.write(json.dumps(both, indent=2, allow_nan=False) + "\n")
+    elif len(names) == 1:
+        console.print(_seeds_table(summaries))
     else:
-        console.print(_seeds_table(records) if len(names) == 1 else _all_table(records, seeds))
+        console.print(_all_table(summaries, seeds))
+        console.print()
+        console.print(_transitions_table(counts))
     for error in failures:
         if not isinstance(error, CairnError):
             raise error
         complain(error)
-    codes = {summary["exit_code"] for summaries in records.values() for summary in summaries}
+    codes = {summary["exit_code"] for rows in summaries.values() for summary in rows}
     return EXIT_USAGE if failures else max(codes, default=EXIT_OK)
 
 
@@ -198,6 +206,19 @@ def _all_table(records: dict[str, list[dict[str, Any]]], seeds: int) -> Table:
             f"{_span(summaries, 'drift_m', 'm', 2)} / {_span(summaries, 'drift_max_m', 'm', 2)}",
             _span(summaries, "plan_count", "", 0),
         )
+    return table
+
+
+def _transitions_table(counts: dict[Change, dict[str, int]]) -> Table:
+    reached = sum(map(bool, counts.values()))
+    table = Table(
+        "from", "perceived", "to", f"reached ({reached} of {len(counts)}) in", box=None,
+        pad_edge=False,
+    )  # fmt: skip
+    for change, places in counts.items():
+        names = sorted(places)
+        more = f" and {len(names) - 4} more" if len(names) > 4 else ""
+        table.add_row(*change, ", ".join(names[:4]) + more or "[red]not reached[/]")
     return table
 
 

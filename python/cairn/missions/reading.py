@@ -13,6 +13,8 @@ from cairn.missions.scenario import Scenario
 from cairn.shipped import find, names
 
 Key = tuple[str | int, ...]
+# What pydantic puts into the place of an error besides the keys.
+_EVENTS = ("shove", "new_goal", "cancel", "emergency_stop")
 
 
 def shipped() -> list[str]:
@@ -54,7 +56,7 @@ def parse(text: str, path: Path) -> Scenario:
         scenario = Scenario.model_validate(data)
     except ValidationError as error:
         first = error.errors(include_url=False, include_context=False)[0]
-        key = tuple(part for part in first["loc"] if part not in ("shove", "new_goal", "cancel"))
+        key = tuple(part for part in first["loc"] if part not in _EVENTS)
         line = _line_of(key, text)
         raise _invalid(path, line, _dotted(key), _reason(first["type"], first["msg"])) from error
     scenario._folder = path.resolve().parent

@@ -39,7 +39,8 @@ class Transition:
     time_s: float
     before: str
     after: str
-    reason: str
+    event: str  # code of what was perceived
+    reason: str  # code of why
     sentence: str
     at: tuple[float, float]  # by truth [m, world frame]
 
@@ -50,6 +51,7 @@ class Transition:
                 "time_s": self.time_s,
                 "from": self.before,
                 "to": self.after,
+                "event": self.event,
                 "reason": self.reason,
                 "sentence": self.sentence,
                 "at_m": self.at,

@@ -17,7 +17,15 @@ import numpy as np
 import cairn
 from cairn.missions import result as outcomes
 from cairn.missions.result import GoalResult, Result, RobotResult, Trace, Transition
-from cairn.missions.scenario import Cancel, Event, Goal, NewGoal, Scenario, Shove
+from cairn.missions.scenario import (
+    Cancel,
+    EmergencyStop,
+    Event,
+    Goal,
+    NewGoal,
+    Scenario,
+    Shove,
+)
 from cairn.missions.setting import Agent, Pose, Setting, build, length_m, way_left_m
 
 TICK_S = 0.1
@@ -148,10 +156,12 @@ class _Loop:
                 other.met(one.agent.name, apart_m, self.time_s)
 
     def _is_due(self, event: Event) -> bool:
-        if event.at_s is not None:
-            return self.time_s >= event.at_s
-        assert event.at_distance_m is not None
-        return self.followers[event.robot].driven_m >= event.at_distance_m
+        follower = self.followers[event.robot]
+        return (
+            (event.at_s is None or self.time_s >= event.at_s)
+            and (event.at_distance_m is None or follower.driven_m >= event.at_distance_m)
+            and (event.when_mode is None or follower.is_in(event.when_mode, event.mode_for_s))
+        )
 
 
 @dataclass
@@ -194,10 +204,16 @@ class _Follower:
         self.touching: set[str] = set()
         self.meetings: list[dict[str, Any]] = []
         self.sentence = ""
+        self.free_since_s = 0.0  # of tasks
 
     @property
     def done(self) -> bool:
         return self.under is None and not self.waiting
+
+    def is_in(self, mode: str, for_s: float) -> bool:
+        """Whether the navigator is in that mode, and has been for that long."""
+        ticks = max(math.ceil(for_s / TICK_S - 1e-9), 1)
+        return self.trace.mode[-ticks:] == [mode] * ticks
 
     def step(self, time_s: float) -> Tick:
         """One tick: measure by truth, take a task if free, sense, decide, command, judge."""
@@ -206,7 +222,7 @@ class _Follower:
         if self.last is not None:
             self.driven_m += math.dist(truth[:2], self.last[:2])
         self.last = truth
-        if self.under is None and self.waiting and self._may_begin():
+        if self.under is None and self.waiting and self._may_begin(time_s):
             self._take(self.waiting.pop(0), time_s)
         readings = robot.sense()
         decision = navigator.step(
@@ -230,6 +246,8 @@ class _Follower:
         if isinstance(event, Shove):
             self.agent.robot.shove(event.dx_m, event.dy_m, event.dheading_rad)
             self.last = _pose(self.agent.robot.truth)  # a shove is not driving
+        elif isinstance(event, EmergencyStop):
+            self.agent.robot.emergency_stop(event.for_s)
         elif isinstance(event, Cancel):
             if self.under is not None:
                 self.agent.navigator.cancel()
@@ -276,9 +294,11 @@ class _Follower:
         else:
             navigator.set_goal(goal, field=self.leader.fields.get(goal) if self.leader else None)
 
-    def _may_begin(self) -> bool:
-        """Whether the field of a shared goal is there, or will never be."""
+    def _may_begin(self, time_s: float) -> bool:
+        """Whether its wait is over, and the field of a shared goal is there or will never be."""
         task, number = self.waiting[0], len(self.goals)
+        if isinstance(task, Goal) and time_s - self.free_since_s < task.wait_s:
+            return False
         if self.leader is None or number >= len(self.scenario.goals):
             return True
         exploring = isinstance(task, Goal) and task.explore_s is not None
@@ -353,6 +373,7 @@ class _Follower:
             )
         )
         self.under = None
+        self.free_since_s = time_s
 
     def _keep(self, time_s: float, truth: Pose, decision: Any, clearance_m: float) -> None:
         trace, mode = self.trace, str(decision.mode)
@@ -363,6 +384,7 @@ class _Follower:
                     time_s=time_s,
                     before=before,
                     after=mode,
+                    event=str(decision.event),
                     reason=str(decision.reason),
                     sentence=str(decision.sentence),
                     at=(truth[0], truth[1]),
@@ -446,6 +468,12 @@ def _unmet(scenario: Scenario, robots: list[RobotResult]) -> list[str]:
         unmet.append(
             f"expected {expect.path_length_at_least_m:g} m or more driven, was {driven_m:.1f} m"
         )
+    events = {change.event for robot in robots for change in robot.transitions}
+    unmet += [
+        f"expected a change of mode by {event}, there was none"
+        for event in expect.transitions
+        if event not in events
+    ]
     unmet += [
         f"expected the mode {mode}, never entered" for mode in expect.modes if mode not in seen
     ]

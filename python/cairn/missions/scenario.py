@@ -11,10 +11,18 @@ import json
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    field_validator,
+    model_validator,
+)
 
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
+Mode = Literal["stop", "path_planning", "path_tracking", "obstacle_avoidance"]
 Seed = Annotated[int, Field(ge=0, lt=2**32)]
 
 
@@ -54,6 +62,7 @@ class Goal(_Where):
     """Something to do: drive to a point or place, or explore without a goal for some time."""
 
     explore_s: Positive | None = None
+    wait_s: NotNegative = 0.0  # standing still before it begins
     expect: Literal["reached", "refused"] = "reached"
 
     @model_validator(mode="after")
@@ -92,16 +101,24 @@ class Box(_Model):
 
 
 class _Event(_Model):
-    """Something that happens once: at a time, or when that robot has driven that far."""
+    """Something that happens once, as soon as all that it names holds for its robot.
+
+    `at_s`: so much time is over; `at_distance_m`: it has driven that far; `when_mode`: its
+    navigator is in that mode, and has been for `mode_for_s`.
+    """
 
     at_s: NotNegative | None = None
     at_distance_m: NotNegative | None = None
+    when_mode: Mode | None = None
+    mode_for_s: NotNegative = 0.0
     robot: Annotated[int, Field(ge=0)] = 0
 
     @model_validator(mode="after")
     def _happens_once(self) -> _Event:
-        if (self.at_s is None) == (self.at_distance_m is None):
-            raise ValueError("needs one of `at_s` and `at_distance_m`")
+        if self.at_s is None and self.at_distance_m is None and self.when_mode is None:
+            raise ValueError("needs `at_s`, `at_distance_m` or `when_mode`")
+        if self.mode_for_s and self.when_mode is None:
+            raise ValueError("`mode_for_s` needs `when_mode`")
         return self
 
 
@@ -131,7 +148,14 @@ class Cancel(_Event):
     do: Literal["cancel"]
 
 
-Event = Annotated[Shove | NewGoal | Cancel, Field(discriminator="do")]
+class EmergencyStop(_Event):
+    """Somebody presses the robot's emergency stop for a while: its motors ignore the navigator."""
+
+    do: Literal["emergency_stop"]
+    for_s: Positive
+
+
+Event = Annotated[Shove | NewGoal | Cancel | EmergencyStop, Field(discriminator="do")]
 
 
 class RobotEntry(_Model):
@@ -160,8 +184,20 @@ class Expect(_Model):
     plan_count: Annotated[int, Field(ge=0)] | None = None
     plan_count_at_least: Annotated[int, Field(ge=0)] | None = None
     transitions_at_least: Annotated[int, Field(ge=0)] | None = None
-    modes: tuple[str, ...] = ()
+    modes: tuple[Mode, ...] = ()
+    transitions: tuple[str, ...] = ()  # events that must change the mode, `local_minimum`, say
     path_length_at_least_m: NotNegative | None = None
+
+    @field_validator("transitions")
+    @classmethod
+    def _are_events(cls, given: tuple[str, ...]) -> tuple[str, ...]:
+        from cairn.missions.coverage import changes_of_mode
+
+        known = {change.event for change in changes_of_mode()}
+        for event in given:
+            if event not in known:
+                raise ValueError(f"no event `{event}`; there is {', '.join(sorted(known))}")
+        return given
 
 
 class Scenario(_Model):

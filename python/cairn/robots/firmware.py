@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 
+from cairn import errors
 from cairn.profile import Profile
 from cairn.robots.robot import Twist
 
@@ -21,10 +23,13 @@ class Firmware:
         self._track_m = profile.drive.effective_track_m
         self._queue: deque[tuple[float, Twist]] = deque()
         self._wanted = Twist(0.0, 0.0)
+        self._pressed_until_s = -math.inf
         self.twist = Twist(0.0, 0.0)
 
     def command(self, time_s: float, twist: Twist) -> None:
-        """Ask for speeds at a time of the robot's clock."""
+        """Ask for speeds at a time of the robot's clock; ignored while the stop is pressed."""
+        if time_s < self._pressed_until_s - _TIME_TOLERANCE_S:
+            return
         limits = self._limits
         limited = Twist(
             _clamp(twist.linear_mps, limits.linear_mps),
@@ -50,8 +55,21 @@ class Firmware:
         half = angular * self._track_m / 2
         return linear - half, linear + half
 
+    def emergency_stop(self, time_s: float, for_s: float) -> None:
+        """Press the emergency stop: brake without a ramp, and forget what was asked.
+
+        Raises:
+            StepOutOfRange: `for_s` is not a positive time.
+        """
+        if not (math.isfinite(for_s) and for_s > 0):
+            raise errors.StepOutOfRange(f"for_s is {for_s}, must be a positive time", dt_s=for_s)
+        self._pressed_until_s = max(self._pressed_until_s, time_s + for_s)
+        self._queue.clear()
+        self._wanted = Twist(0.0, 0.0)
+        self.halt()
+
     def halt(self) -> None:
-        """The motors stalled: the ramp starts from rest."""
+        """The motors stand: the ramp starts from rest."""
         self.twist = Twist(0.0, 0.0)
 
 

@@ -152,6 +152,10 @@ class KinematicRobot:
         left, right, turned, elapsed = self._since
         self._since = (left, right, turned + dheading, elapsed)
 
+    def emergency_stop(self, for_s: float) -> None:
+        """Press its emergency stop; see `SimulatedRobot.emergency_stop`."""
+        self._firmware.emergency_stop(self._time_s, for_s)
+
     def _step(self, dt_s: float) -> None:
         if self._stage.update(self._time_s, ((self._pose, self.profile.footprint),)):
             self._margin_m = 0.0

@@ -270,6 +270,10 @@ class MujocoP3AT:
         self._touching.clear()
         self.world.mujoco.mj_forward(self.world.model, self.world.data)
 
+    def emergency_stop(self, for_s: float) -> None:
+        """Press its emergency stop; see `SimulatedRobot.emergency_stop`."""
+        self._firmware.emergency_stop(self.time_s, for_s)
+
     def _join(self, world: MujocoWorld, index: int, spec: RobotSpec, physics: Physics) -> None:
         model, data = world.model, world.data
         self.world = world

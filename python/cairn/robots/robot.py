@@ -119,6 +119,16 @@ class SimulatedRobot(Robot, Protocol):
         """
         ...
 
+    def emergency_stop(self, for_s: float) -> None:
+        """Press its emergency stop for a time: the motors brake hard and ignore commands.
+
+        What was commanded before or meanwhile is forgotten; the sensors go on.
+
+        Raises:
+            StepOutOfRange: not a positive time.
+        """
+        ...
+
 
 def as_twist(twist: Any) -> Twist:
     """`twist`, given as a pair or as anything with the two speeds as attributes; checked."""
