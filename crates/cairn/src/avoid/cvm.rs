@@ -28,6 +28,10 @@ const TRIES: usize = 24;
 const ASIDE_RAD: f64 = 1.0;
 /// By how much a turn from rest must bring the robot nearer to the goal's direction \[rad\].
 const GAINED_RAD: f64 = 0.5;
+/// A goal farther round than this is behind: a slow robot stops and turns \[rad\].
+const BEHIND_RAD: f64 = 2.0;
+/// Slow is up to this much more than the speed near obstacles \[m/s\].
+const SLOW_MPS: f64 = 0.05;
 /// How far a motion that leaves or backs out is looked at, at most \[m\].
 const LOOK_BACK_M: f64 = 1.7;
 
@@ -233,14 +237,14 @@ impl Cvm {
         self.turn_in_place(record, seen, turn, drivable);
     }
 
-    /// From rest, with the goal far to the side or behind and a way out towards it: turns there
-    /// first, instead of being carried away by the arcs ahead.
+    /// From rest with the goal far to the side, or slow with the goal behind, and a way out towards
+    /// it: (stops and) turns there first, instead of being carried away by the arcs ahead.
     fn turn_first(&self, record: &mut AvoidanceRecord, seen: &Seen, turning: Option<Side>) -> bool {
         let bearing_rad = record.goal_bearing_rad;
-        if seen.current.linear_mps.abs() > AT_REST_MPS
-            || seen.start.linear_mps.abs() > AT_REST_MPS
-            || bearing_rad.abs() <= ASIDE_RAD
-        {
+        let speed_mps = seen.current.linear_mps.abs().max(seen.start.linear_mps.abs());
+        let rests = speed_mps <= AT_REST_MPS && bearing_rad.abs() > ASIDE_RAD;
+        let slow = speed_mps <= self.config.near_speed_mps + SLOW_MPS && bearing_rad.abs() > BEHIND_RAD;
+        if !rests && !slow {
             return false;
         }
         let Some(turn) = self.wanted_turn(record, seen, turning).filter(|turn| turn.open) else {
@@ -252,7 +256,8 @@ impl Cvm {
         }
         let before = (record.twist, record.why.clone());
         self.turn_in_place(record, seen, Some(turn), false);
-        let turns = matches!(record.why, Why::TurningInPlace { .. });
+        let stops = Why::Braking { reason: BrakeReason::StopsToTurn };
+        let turns = matches!(record.why, Why::TurningInPlace { .. }) || (!rests && record.why == stops);
         if !turns {
             (record.twist, record.why) = before;
         }

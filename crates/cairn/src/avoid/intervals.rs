@@ -76,6 +76,9 @@ struct Leg {
     origin: Point2,
     /// Squared least and greatest distance of the outline from the centre of turning.
     ring: (f64, f64),
+    /// Where the robot's centre is half-way, and the square of how far from there a point can be met.
+    middle: Point2,
+    reach_squared: f64,
 }
 
 impl Piece {
@@ -97,7 +100,19 @@ impl Piece {
                 let far =
                     outline.half_length_m.hypot(outline.half_width_m + center.y.abs()) + outline.growth_m;
                 let ring = if center.y.is_finite() { (near * near, far * far) } else { (0.0, f64::INFINITY) };
-                Leg { from_m, to_m, outline, sin, cos, origin: pose.position(), ring }
+                let middle = crate::geometry::Twist2::new(1.0, curvature).displacement((from_m + to_m) / 2.0);
+                let reach_m = (to_m - from_m) / 2.0 + outline.radius_m();
+                Leg {
+                    from_m,
+                    to_m,
+                    outline,
+                    sin,
+                    cos,
+                    origin: pose.position(),
+                    ring,
+                    middle: middle.position(),
+                    reach_squared: reach_m * reach_m,
+                }
             })
             .collect();
         Self { curvature, legs, radius_m: outline.radius_m(), limit_m }
@@ -116,20 +131,25 @@ impl Piece {
             if squared < widest.0 || squared > widest.1 {
                 continue;
             }
-            free_m = self.contact_m(point, distance_m, free_m).min(free_m);
+            free_m = self.contact_m(point, squared, free_m).min(free_m);
         }
         free_m
     }
 
     /// Lower bound of the first contact of any arc of the fan, as far as it is below `below_m`.
-    fn contact_m(&self, point: Point2, distance_m: f64, below_m: f64) -> f64 {
+    ///
+    /// `squared` is the point's squared distance from the centre of turning.
+    fn contact_m(&self, point: Point2, squared: f64, below_m: f64) -> f64 {
         for leg in &self.legs {
             if leg.from_m >= below_m {
                 break;
             }
-            // The centre is nowhere farther from the start than the arc is long.
-            let unreachable = leg.to_m < distance_m - leg.outline.radius_m();
-            if unreachable {
+            // The centre is nowhere farther from half-way than half the leg is long.
+            let from_middle = point - leg.middle;
+            if from_middle.dot(from_middle) > leg.reach_squared
+                || squared < leg.ring.0
+                || squared > leg.ring.1
+            {
                 continue;
             }
             let offset = point - leg.origin;

@@ -1,5 +1,5 @@
 use super::support::{Dice, LIMITS, P3AT, block, wall};
-use crate::avoid::{AvoidanceRecord, Cvm, CvmConfig, Shape, Why};
+use crate::avoid::{AvoidanceRecord, BrakeReason, Cvm, CvmConfig, Shape, Why};
 use crate::geometry::{Point2, Pose2, Twist2};
 
 pub struct Run {
@@ -97,6 +97,38 @@ fn a_door_of_one_metre_is_passed_from_many_sides() {
 }
 
 #[test]
+fn a_goal_behind_is_turned_to_from_rest_and_from_slow_driving() {
+    let cvm = Cvm::new(&CvmConfig::default(), &LIMITS, &P3AT).unwrap();
+    let rests = cvm.choose(Twist2::ZERO, 2.5, 4.0, &[], 0.1);
+    assert!(matches!(rests.why, Why::TurningInPlace { .. }), "{:?}", rests.why);
+    let slow = cvm.choose(Twist2::new(0.25, 0.2), 2.5, 4.0, &[], 0.1);
+    assert_eq!(slow.why, Why::Braking { reason: BrakeReason::StopsToTurn });
+}
+
+#[test]
+fn the_nearer_an_obstacle_the_slower_it_is_passed() {
+    let cvm = Cvm::new(&CvmConfig::default(), &LIMITS, &P3AT).unwrap();
+    let most_mps = |beside_m: f64| {
+        let wall = wall((-3.0, 0.2525 + beside_m), (4.0, 0.2525 + beside_m));
+        let record = cvm.choose(Twist2::new(0.2, 0.0), 0.0, 6.0, &wall, 2.0);
+        record.candidates.iter().map(|c| c.twist.linear_mps).fold(0.0, f64::max)
+    };
+    let speeds = [0.1, 0.2, 0.3, 0.45].map(most_mps);
+    assert!(speeds.windows(2).all(|pair| pair[0] < pair[1]), "{speeds:?}");
+    assert!(speeds[0] <= 0.3 && speeds[3] <= 0.58, "{speeds:?}");
+}
+
+#[test]
+fn a_robot_that_lags_behind_its_command_still_brakes_at_the_full_rate() {
+    let cvm = Cvm::new(&CvmConfig::default(), &LIMITS, &P3AT).unwrap();
+    let ahead = wall((0.75, -2.0), (0.75, 2.0));
+    let (measured, pending) = (Twist2::new(0.6, 0.0), Twist2::new(0.5, 0.0));
+    let record = cvm.choose_after(measured, Some(pending), 0.0, 5.0, &ahead, 0.1);
+    assert!(matches!(record.why, Why::Braking { .. }), "{:?}", record.why);
+    assert!((record.twist.linear_mps - 0.47).abs() < 1e-9, "{}", record.twist.linear_mps);
+}
+
+#[test]
 fn posts_are_slalomed_without_a_touch() {
     let mut arrived = 0;
     for seed in 0..50 {
@@ -111,7 +143,7 @@ fn posts_are_slalomed_without_a_touch() {
         arrived += usize::from(run.arrived);
     }
     // The others circle in a local minimum, which is for the strategy to see.
-    assert!(arrived >= 38, "{arrived} of 50 arrived");
+    assert!(arrived >= 48, "{arrived} of 50 arrived");
 }
 
 #[test]
