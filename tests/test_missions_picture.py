@@ -1,9 +1,11 @@
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 import cairn
 from cairn.missions import Scenario, run
+from cairn.missions.result import Transition
 from cairn.view.picture import draw_plan, draw_run
 
 ROOM = {
@@ -71,3 +73,57 @@ def test_a_plan_that_nothing_reaches_can_be_drawn(tmp_path):
     field = cairn.plan(world, (0.5, 0.5))
     path = draw_plan(world, field.cost_to_go, (0.5, 0.5), tmp_path / "p.png", start=(4.5, 0.5))
     assert min(size_of(path)) > 300
+
+
+def long_run(changes):
+    """A run with that many changes of mode, far apart, each with a long sentence."""
+    result = run(Scenario.model_validate(ROOM))
+    sentence = (
+        "Stop: something the plan did not know at (24.98, 4.62) m stands 0.07 m from it. " * 4
+    )
+    result.robots[0].transitions = [
+        Transition(
+            3.1 * k, "path_tracking", "stop", "arrived", "arrived", sentence, (1.0 + 0.1 * k, 1.0)
+        )
+        for k in range(changes)
+    ]
+    return result
+
+
+def drawn_texts(monkeypatch, result, path):
+    """The texts of a picture as drawn, with where each begins and ends on the page."""
+    pages = []
+    monkeypatch.setattr(Figure, "savefig", lambda page, *_, **__: pages.append(page))
+    draw_run(result, path)
+    page = pages[0]
+    page.canvas.draw()
+    texts = [text for axes in page.axes for text in axes.texts] + page.texts
+    boxes = [(text.get_text(), text.get_window_extent()) for text in texts if text.get_text()]
+    return page, boxes
+
+
+@pytest.mark.parametrize("changes", [1, 13, 60])
+def test_no_line_of_the_legend_runs_into_another_or_off_the_page(monkeypatch, tmp_path, changes):
+    page, boxes = drawn_texts(monkeypatch, long_run(changes), tmp_path / "run.png")
+    map_bottom = page.axes[0].get_window_extent().y0
+    below = [box for _, box in boxes if box.y1 < map_bottom]
+    assert len(below) > 2 * min(changes, 20)
+    for number, box in enumerate(below):
+        assert box.x0 > 0
+        assert box.x1 < page.bbox.width
+        assert box.y0 > 0
+        assert not any(box.shrunk(0.99, 0.9).overlaps(other) for other in below[:number])
+
+
+def test_of_many_changes_the_first_and_the_last_few_are_told(monkeypatch, tmp_path):
+    _, boxes = drawn_texts(monkeypatch, long_run(60), tmp_path / "run.png")
+    texts = [text for text, _ in boxes]
+    assert {"1", "10", "51", "60", "40 more in summary.json"} <= set(texts)
+    assert not {"11", "50"} & set(texts)
+
+
+def test_the_sentence_of_a_result_stays_on_the_page(monkeypatch, tmp_path):
+    result = long_run(1)
+    result.unmet = ["expected something that takes a very long sentence to say"] * 5
+    page, boxes = drawn_texts(monkeypatch, result, tmp_path / "run.png")
+    assert max(box.x1 for _, box in boxes) < page.bbox.width

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
+from matplotlib.textpath import TextPath
 from matplotlib.transforms import Affine2D
 
 if TYPE_CHECKING:
@@ -32,13 +33,16 @@ MODES = {  # part of a mode's name → what a person calls it, and its colour
     "stop": ("standing", "#22303c"),
 }
 OUTLINE_EVERY_M = 1.5
-NOTES_AT_MOST = 16
+NOTES_AT_MOST = 20
+NOTE_LINES_AT_MOST = 2
+NOTE_POINTS, TITLE_POINTS = 8.0, 11.5
+PAGE_IN, COLUMN_IN, LINE_IN = 12.0, 5.2, 0.18
 DPI = 160
 
 
 @dataclass(frozen=True)
 class Note:
-    """Transitions of one place and moment, drawn under one number."""
+    """Transitions of one place and moment, told under one number."""
 
     number: int
     transitions: list[Transition]
@@ -50,10 +54,10 @@ class Note:
 
     @property
     def text(self) -> str:
-        """When and why, in one line."""
+        """When and why, in one sentence."""
         # A stop on the way says what made it stop; what follows is its consequence.
         why = next((t for t in self.transitions if "stop" in t.after), self.transitions[-1])
-        return f"{self.transitions[0].time_s:.0f} s: {why.sentence.rstrip('.')}"
+        return f"{self.transitions[0].time_s:.0f} s: {_without_mode(why.sentence)}"
 
 
 def draw_run(result: Result, path: Path) -> Path:
@@ -68,8 +72,9 @@ def draw_run(result: Result, path: Path) -> Path:
     """
     known = result.map or result.world
     notes = {robot.name: _notes(robot.transitions) for robot in result.robots}
-    lines = _note_lines(notes)
-    figure, axes, below = _page(result.world, len(lines))
+    told = {name: _told(own, len(notes)) for name, own in notes.items()}
+    columns = _columns(_paragraphs(notes, told))
+    figure, axes, below = _page(result.world, max(map(len, columns)))
     _draw_world(axes, result.world if result.map is None else known)
     if result.map is not None and result.map is not result.world:
         _draw_world(axes, result.world, alpha=0.25)
@@ -82,11 +87,11 @@ def draw_run(result: Result, path: Path) -> Path:
     for robot in result.robots:
         _draw_robot(axes, result, robot, several)
     for robot in result.robots:
-        _draw_notes(axes, notes[robot.name])
+        _draw_notes(axes, told[robot.name])
     _scale_bar(axes, result.world)
     _legend(axes, result)
     _title(figure, axes, result)
-    _write_lines(below, lines)
+    _write_columns(below, columns)
     return _save(figure, path)
 
 
@@ -150,10 +155,9 @@ def draw_plan(
 
 def _page(world: World, lines: int, *, bar: bool = False) -> tuple[Figure, Axes, Axes | None]:
     x0, x1, y0, y1 = _view(world)
-    width, right = 12.0, 0.90 if bar else 0.98
+    width, right = PAGE_IN, 0.90 if bar else 0.98
     map_height = min(max(width * (right - 0.02) * (y1 - y0) / (x1 - x0), 3.0), 9.0)
-    columns = 2
-    notes_height = 0.19 * math.ceil(lines / columns) + 0.25 if lines else 0.0
+    notes_height = LINE_IN * lines + 0.1 if lines else 0.0
     height = map_height + notes_height + (1.15 if bar else 1.35)
     figure = Figure(figsize=(width, height), facecolor=PAPER)
     FigureCanvasAgg(figure)
@@ -194,8 +198,9 @@ def _title(figure: Figure, axes: Axes, result: Result) -> None:
     step = 0.27 / figure.get_figheight()
     name = figure.text(0.025, top, result.scenario.name, fontsize=17, weight="bold", color=INK)
     right = name.get_window_extent().x1 / figure.bbox.width
-    sentence = textwrap.shorten(result.sentence, 108, placeholder=" …")
-    figure.text(right + 0.015, top, sentence, fontsize=11.5, color=verdict)
+    room_in = (0.975 - right - 0.015) * PAGE_IN
+    sentence = _wrapped(result.sentence, TITLE_POINTS, room_in, 1)[0]
+    figure.text(right + 0.015, top, sentence, fontsize=TITLE_POINTS, color=verdict)
     facts = [
         f"{summary['time_s']:.0f} s",
         f"{summary['path_length_m']:.1f} m driven",
@@ -210,16 +215,19 @@ def _title(figure: Figure, axes: Axes, result: Result) -> None:
     figure.text(0.025, top - step, "   ·   ".join(facts), fontsize=10, color=PALE)
 
 
-def _write_lines(axes: Axes | None, lines: list[str]) -> None:
+def _write_columns(axes: Axes | None, columns: list[list[tuple[str, str]]]) -> None:
+    """Write (number, text) lines in two columns."""
     if axes is None:
         return
-    half = math.ceil(len(lines) / 2)
-    for column, part in enumerate((lines[:half], lines[half:])):
-        for row, line in enumerate(part):
-            axes.text(
-                0.5 * column, 1.0 - row / max(half, 1), line, transform=axes.transAxes,
-                fontsize=8, color=INK, va="top", ha="left",
-            )  # fmt: skip
+    height_in = axes.get_position().height * axes.figure.get_figheight()
+    for column, lines in enumerate(columns):
+        for row, (number, text) in enumerate(lines):
+            y = 1.0 - row * LINE_IN / height_in
+            for x, part, side in ((0.014, number, "right"), (0.022, text, "left")):
+                axes.text(
+                    0.5 * column + x, y, part, transform=axes.transAxes, fontsize=NOTE_POINTS,
+                    color=INK, va="top", ha=side,
+                )  # fmt: skip
 
 
 def _save(figure: Figure, path: Path) -> Path:
@@ -394,17 +402,71 @@ def _notes(transitions: list[Transition]) -> list[Note]:
     return [Note(number, group) for number, group in enumerate(groups, start=1)]
 
 
-def _note_lines(notes: dict[str, list[Note]]) -> list[str]:
-    lines = []
-    most = max(NOTES_AT_MOST // len(notes), 4)
-    for name, own in notes.items():
-        who = f"{name}, " if len(notes) > 1 else ""
-        for note in own[:most]:
-            text = textwrap.shorten(note.text, 92 - len(who), placeholder=" …")
-            lines.append(f"{note.number:2d}   {who}{text}")
-        if len(own) > most:
-            lines.append(f"{len(own) - most} more in summary.json")
+def _told(notes: list[Note], robots: int) -> list[Note]:
+    """Return the notes to show: all, or the first and the last few."""
+    most = max(NOTES_AT_MOST // robots, 4)
+    if len(notes) <= most:
+        return notes
+    return [*notes[: most // 2], *notes[most // 2 - most :]]
+
+
+def _paragraphs(
+    notes: dict[str, list[Note]], told: dict[str, list[Note]]
+) -> list[list[tuple[str, str]]]:
+    """Return for every note told its lines, (number, text); what is left out is counted."""
+    paragraphs = []
+    for name, own in told.items():
+        who = f"{name}, " if len(told) > 1 else ""
+        for before, note in zip([None, *own], own, strict=False):
+            if before is not None and note.number > before.number + 1:
+                left_out = note.number - before.number - 1
+                paragraphs.append([("…", f"{left_out} more in summary.json")])
+            lines = _wrapped(who + note.text, NOTE_POINTS, COLUMN_IN, NOTE_LINES_AT_MOST)
+            numbers = [str(note.number), *[""] * (len(lines) - 1)]
+            paragraphs.append(list(zip(numbers, lines, strict=True)))
+    return paragraphs
+
+
+def _columns(paragraphs: list[list[tuple[str, str]]]) -> list[list[tuple[str, str]]]:
+    """Return two columns of lines, about equally long, no paragraph torn."""
+    total = sum(map(len, paragraphs))
+    left: list[tuple[str, str]] = []
+    right: list[tuple[str, str]] = []
+    for paragraph in paragraphs:
+        here = right if right or len(left) + len(paragraph) > (total + 1) // 2 else left
+        here += paragraph
+    return [left, right] if left else [right, left]
+
+
+def _wrapped(text: str, points: float, width_in: float, at_most: int) -> list[str]:
+    """Return `text` in lines that fit `width_in` as drawn; what exceeds `at_most` lines is cut."""
+    words, lines = text.split(), [""]
+    for number, word in enumerate(words):
+        longer = f"{lines[-1]} {word}".lstrip()
+        last = len(lines) == at_most
+        ending = " …" if last and number < len(words) - 1 else ""
+        if not lines[-1] or _width_in(longer + ending, points) <= width_in:
+            lines[-1] = longer
+        elif last:
+            lines[-1] += " …"
+            break
+        else:
+            lines.append(word)
     return lines
+
+
+@lru_cache(maxsize=4096)
+def _width_in(text: str, points: float) -> float:
+    if not text.strip():
+        return 0.0
+    return float(TextPath((0.0, 0.0), text.replace("$", ""), size=points).get_extents().width) / 72
+
+
+def _without_mode(sentence: str) -> str:
+    """Return a navigator's sentence without the mode that it begins with; the colour says it."""
+    mode, colon, why = sentence.partition(": ")
+    named = colon and any(part in mode.lower() for part in MODES)
+    return (why if named else sentence).rstrip(".")
 
 
 def _mode(name: str) -> tuple[str, str]:
