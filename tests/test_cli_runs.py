@@ -94,7 +94,23 @@ def test_a_map_beside_the_scenario_is_found_from_anywhere(command, tmp_path):
 def test_several_seeds_print_one_row_each(command):
     code, said, _ = command("run", "quick", "--seeds", 2, "--json")
     assert code == 0
-    assert [row["seed"] for row in json.loads(said)["summary"]["quick"]] == [1, 2]
+    record = json.loads(said)
+    assert [row["seed"] for row in record["summary"]["quick"]] == [1, 2]
+    reached = {row["event"]: row["reached"] for row in record["transitions"] if row["reached"]}
+    assert reached["plan_found"] == {"quick": 2}
+
+
+def test_all_scenarios_are_followed_by_where_each_transition_was_reached(command, monkeypatch):
+    record = run(Scenario.load("quick")).to_dict()
+    monkeypatch.setattr("cairn.cli.run.shipped", lambda: ["quick", "two"])
+    monkeypatch.setattr("cairn.cli.run.Scenario.load", lambda name: name)
+    runs = [((name, seed), record) for name in ("quick", "two") for seed in (1, 2)]
+    monkeypatch.setattr("cairn.cli.run.run_many", lambda *_: runs)
+    code, said, _ = command("scenarios", "--seeds", 2)
+    rows = {tuple(line.split()[:3]): line.split()[3:] for line in said.splitlines() if line}
+    assert code == 0
+    assert rows["path_planning", "plan_found", "path_tracking"] == ["quick,", "two"]
+    assert rows["path_tracking", "local_minimum", "stop"] == ["not", "reached"]
 
 
 def test_every_shipped_scenario_reads_and_names_places_that_exist():

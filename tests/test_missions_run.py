@@ -167,7 +167,9 @@ def test_a_refused_goal_says_why_and_the_next_one_is_taken():
 
 def test_a_refusal_the_scenario_expects_is_no_failure():
     goals = [{"x_m": -3.0, "y_m": 0.0, "expect": "refused"}, {"place": "east"}]
-    assert run(mission(goals=goals), setting=in_room()).exit_code == 0
+    result = run(mission(goals=goals), setting=in_room())
+    assert result.exit_code == 0
+    assert result.sentence.startswith("refused (-3.00, 0.00) m as expected; reached east, 0.")
 
 
 def test_a_goal_expected_to_be_refused_but_reached_is_a_failure():

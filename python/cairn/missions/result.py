@@ -32,6 +32,13 @@ def tidy(value: Any) -> Any:
     return plain(value, decimals=6)
 
 
+def called(place: str | None, goal: tuple[float, float] | None) -> str:
+    """Return what a person calls a goal: a place, a point [m], or to explore."""
+    if place is not None:
+        return place
+    return "to explore" if goal is None else f"({goal[0]:.2f}, {goal[1]:.2f}) m"
+
+
 @dataclass(frozen=True)
 class Transition:
     """A change of mode: when, from what to what, and why."""
@@ -78,6 +85,16 @@ class GoalResult:
     def as_expected(self) -> bool:
         """Whether it ended as the scenario expects, or as one of its events asked."""
         return self.outcome in (self.expected, EXPLORED, CANCELLED, REPLACED)
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether the robot said that it cannot be done."""
+        return self.outcome == REFUSED
+
+    @property
+    def called(self) -> str:
+        """The place, or the point, or that it was to explore."""
+        return called(self.place, self.goal)
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain JSON."""
@@ -129,6 +146,16 @@ class RobotResult:
     modes_s: dict[str, float]
     effort: dict[str, float]
     trace: Trace
+
+    @property
+    def sentence(self) -> str:
+        """The first goal that did not end as expected; else expected refusals and the last goal."""
+        *earlier, last = self.goals
+        wrong = next((goal for goal in self.goals if not goal.as_expected), None)
+        if wrong is not None:
+            return wrong.sentence.rstrip(".")
+        refused = [f"refused {goal.called} as expected" for goal in earlier if goal.is_refused]
+        return "; ".join([*refused, last.sentence.rstrip(".")])
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain JSON, without the trace."""
@@ -192,8 +219,7 @@ class Result:
         parts = []
         for robot in self.robots:
             who = f"{robot.name}: " if several else ""
-            goal = next((goal for goal in robot.goals if not goal.as_expected), robot.goals[-1])
-            parts.append(who + goal.sentence.rstrip("."))
+            parts.append(who + robot.sentence)
         if self.contacts:
             parts.insert(
                 0, "touched something" + (f" {self.contacts} times" if self.contacts > 1 else "")

@@ -347,15 +347,16 @@ class _Follower:
         under = self.under
         assert under is not None
         error_m = None if under.goal is None else math.dist(truth[:2], under.goal)
+        name = outcomes.called(under.task.place, under.goal)
         if outcome == outcomes.REFUSED:
-            sentence = f"refused {_called(under)}: {_without_mode(self.sentence)}"
+            sentence = f"refused {name}: {_without_mode(self.sentence)}"
         if outcome == outcomes.REACHED:
             assert error_m is not None
-            sentence = f"reached {_called(under)}, {error_m:.2f} m from it by truth"
+            sentence = f"reached {name}, {error_m:.2f} m from it by truth"
             if error_m > self.scenario.arrival_tolerance_m:
                 outcome = outcomes.MISSED
                 sentence = (
-                    f"says it reached {_called(under)}, but stands {error_m:.2f} m from it by truth"
+                    f"says it reached {name}, but stands {error_m:.2f} m from it by truth"
                     f" (allowed {self.scenario.arrival_tolerance_m:g} m)"
                 )
         self.goals.append(
@@ -484,14 +485,6 @@ def _without_mode(sentence: str) -> str:
     """Return a navigator's sentence without the mode that it begins with, `Stop: arrived.`"""
     _, colon, why = sentence.partition(": ")
     return (why if colon else sentence).rstrip(".")
-
-
-def _called(under: _Under) -> str:
-    if under.task.place is not None:
-        return under.task.place
-    if under.goal is None:
-        return "to explore"
-    return f"({under.goal[0]:.2f}, {under.goal[1]:.2f}) m"
 
 
 def _pose(value: Any) -> Pose:

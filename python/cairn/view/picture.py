@@ -219,7 +219,7 @@ def _write_columns(axes: Axes | None, columns: list[list[tuple[str, str]]]) -> N
     """Write (number, text) lines in two columns."""
     if axes is None:
         return
-    height_in = axes.get_position().height * axes.figure.get_figheight()
+    height_in = axes.bbox.height / axes.figure.dpi
     for column, lines in enumerate(columns):
         for row, (number, text) in enumerate(lines):
             y = 1.0 - row * LINE_IN / height_in
