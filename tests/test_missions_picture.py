@@ -124,6 +124,8 @@ def test_of_many_changes_the_first_and_the_last_few_are_told(monkeypatch, tmp_pa
 
 def test_the_sentence_of_a_result_stays_on_the_page(monkeypatch, tmp_path):
     result = long_run(1)
-    result.unmet = ["expected something that takes a very long sentence to say"] * 5
+    result.unmet = [
+        "expected something that takes a very long sentence to say, for $1 or \\$_2"
+    ] * 5
     page, boxes = drawn_texts(monkeypatch, result, tmp_path / "run.png")
     assert max(box.x1 for _, box in boxes) < page.bbox.width

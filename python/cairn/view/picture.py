@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +13,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Polygon
-from matplotlib.textpath import TextPath
+from matplotlib.textpath import text_to_path
 from matplotlib.transforms import Affine2D
 
 if TYPE_CHECKING:
@@ -200,7 +200,9 @@ def _title(figure: Figure, axes: Axes, result: Result) -> None:
     right = name.get_window_extent().x1 / figure.bbox.width
     room_in = (0.975 - right - 0.015) * PAGE_IN
     sentence = _wrapped(result.sentence, TITLE_POINTS, room_in, 1)[0]
-    figure.text(right + 0.015, top, sentence, fontsize=TITLE_POINTS, color=verdict)
+    figure.text(
+        right + 0.015, top, sentence, fontsize=TITLE_POINTS, color=verdict, parse_math=False
+    )
     facts = [
         f"{summary['time_s']:.0f} s",
         f"{summary['path_length_m']:.1f} m driven",
@@ -226,7 +228,7 @@ def _write_columns(axes: Axes | None, columns: list[list[tuple[str, str]]]) -> N
             for x, part, side in ((0.014, number, "right"), (0.022, text, "left")):
                 axes.text(
                     0.5 * column + x, y, part, transform=axes.transAxes, fontsize=NOTE_POINTS,
-                    color=INK, va="top", ha=side,
+                    color=INK, va="top", ha=side, parse_math=False,
                 )  # fmt: skip
 
 
@@ -352,7 +354,7 @@ def _mark_goal(axes: Axes, at: tuple[float, float], name: str, reached: bool) ->
 def _name(axes: Axes, at: tuple[float, float], name: str) -> None:
     axes.annotate(
         name, xy=at, xytext=(0, -15), textcoords="offset points", fontsize=8.5, color=INK,
-        ha="center", va="center", zorder=10,
+        ha="center", va="center", zorder=10, parse_math=False,
         bbox={"boxstyle": "round,pad=0.2", "fc": PAPER, "ec": "none", "alpha": 0.8},
     )  # fmt: skip
 
@@ -455,11 +457,12 @@ def _wrapped(text: str, points: float, width_in: float, at_most: int) -> list[st
     return lines
 
 
-@lru_cache(maxsize=4096)
 def _width_in(text: str, points: float) -> float:
-    if not text.strip():
-        return 0.0
-    return float(TextPath((0.0, 0.0), text.replace("$", ""), size=points).get_extents().width) / 72
+    """Width of a text as drawn."""
+    width, _, _ = text_to_path.get_text_width_height_descent(
+        text, FontProperties(size=points), ismath=False
+    )
+    return width / 72
 
 
 def _without_mode(sentence: str) -> str:
