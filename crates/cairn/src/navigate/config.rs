@@ -43,7 +43,7 @@ pub struct NavigatorConfig {
     pub odometry: OdometryConfig,
     /// From ranges and the given map to corrections of that pose.
     pub matching: MatchingConfig,
-    /// The curvature velocity method.
+    /// The curvature velocity method; its latency is the profile's.
     pub avoidance: CvmConfig,
     /// How careful to be where nothing has been seen yet.
     pub caution: CautionConfig,

@@ -7,7 +7,7 @@ use super::planning::{Refusal, WorldField};
 use super::record::{Decision, PlanRecord, Story, Task, TaskStatus};
 use super::strategy::{Event, Mode, Strategy};
 use super::trap::TrapWatch;
-use crate::avoid::{AvoidanceRecord, Cvm};
+use crate::avoid::{AvoidanceRecord, Cvm, CvmConfig};
 use crate::geometry::{Point2, Pose2, Twist2};
 use crate::locate::{MapMatcher, MatchReport, Odometry, WheelTravel};
 use crate::robot::{Footprint, RobotProfile};
@@ -102,10 +102,11 @@ impl Navigator {
             length_m: profile.footprint.length_m + 2.0 * config.clearance_m,
             width_m: profile.footprint.width_m + 2.0 * config.clearance_m,
         };
+        let avoidance = CvmConfig { latency_s: profile.drive.latency_s, ..config.avoidance.clone() };
         Ok(Self {
             odometry: Odometry::new(&config.odometry, &profile.drive, start.unwrap_or_default())?,
             tracker: Tracker::new(controller, &profile.limits)?.with_latency(profile.drive.latency_s)?,
-            cvm: Cvm::new(&config.avoidance, &profile.limits, &profile.footprint)?,
+            cvm: Cvm::new(&avoidance, &profile.limits, &profile.footprint)?,
             trap: TrapWatch::new(config.trap),
             body,
             strategy: Strategy::paper(),
