@@ -226,8 +226,19 @@ def test_without_a_map_it_heads_for_the_goal_at_once_and_maps_on_the_way():
 def test_a_map_without_a_known_pose_is_as_no_map():
     nav = cairn.Navigator(P3AT, two_rooms())
     nav.set_goal((3.0, 2.0))
-    modes = [nav.step(SILENT, (0, 0), 0.0, 0.1).mode for _ in range(3)]
-    assert modes[-1] == "obstacle_avoidance"
+    modes = [nav.step(SILENT, (0, 0), None, 0.1).mode for _ in range(3)]
+    assert modes == ["stop", "obstacle_avoidance", "obstacle_avoidance"]
+
+
+def test_without_map_and_pose_it_stands_until_the_gyros_bias_is_learnt_and_says_so():
+    nav = cairn.Navigator(P3AT)
+    nav.set_goal((3.0, 2.0))
+    first = [nav.step(SILENT, (0, 0), 0.002, 0.1) for _ in range(20)]
+    assert {decision.mode for decision in first} == {"stop"}
+    assert "gyroscope's bias" in first[-1].sentence
+    later = [nav.step(SILENT, (0, 0), 0.002, 0.1).mode for _ in range(200)]
+    assert later[-1] == "obstacle_avoidance"
+    assert abs(nav.pose.heading) < 0.01
 
 
 def test_a_start_inside_the_margin_leaves_to_free_space():

@@ -33,6 +33,8 @@ pub struct OdometryConfig {
     pub path_m2_per_rad: f64,
     /// Variance of the sideways slip per path \[m²/m\].
     pub sideways_m2_per_m: f64,
+    /// Variance of the gyro's turn per time at rest, where its bias is learnt \[rad²/s\].
+    pub gyro_rest_rad2_per_s: f64,
     /// Standard deviation of the gyro's bias before it was seen at rest \[rad/s\].
     pub gyro_bias_radps: f64,
     /// Growth of the bias' variance \[(rad/s)²/s\].
@@ -58,9 +60,10 @@ impl Default for OdometryConfig {
             path_m2_per_m: 4e-4,
             path_m2_per_rad: 1e-4,
             sideways_m2_per_m: 1e-4,
-            gyro_bias_radps: 0.005,
+            gyro_rest_rad2_per_s: 4e-7,
+            gyro_bias_radps: 0.001,
             gyro_bias_walk: 1e-9,
-            rest_s: 1.0,
+            rest_s: 0.3,
             rest_radps: 0.05,
             start_m: 0.0,
             start_rad: 0.0,
@@ -128,6 +131,7 @@ impl Odometry {
             ("path_m2_per_m", config.path_m2_per_m, 0.0),
             ("path_m2_per_rad", config.path_m2_per_rad, 0.0),
             ("sideways_m2_per_m", config.sideways_m2_per_m, 0.0),
+            ("gyro_rest_rad2_per_s", config.gyro_rest_rad2_per_s, 0.0),
             ("gyro_bias_radps", config.gyro_bias_radps, 0.0),
             ("gyro_bias_walk", config.gyro_bias_walk, 0.0),
             ("rest_s", config.rest_s, 0.0),
@@ -276,7 +280,7 @@ impl Odometry {
             return;
         }
         // Mean of a rate over dt of white noise with this variance of its integral.
-        let noise = (self.config.gyro_rad2_per_s / dt_s).max(1e-12);
+        let noise = (self.config.gyro_rest_rad2_per_s / dt_s).max(1e-12);
         self.update([0.0, 0.0, 0.0, 1.0], gyro_radps - self.bias_radps, noise);
     }
 
@@ -331,6 +335,16 @@ impl Odometry {
     /// What the gyro is believed to show at rest \[rad/s\].
     pub fn gyro_bias_radps(&self) -> f64 {
         self.bias_radps
+    }
+
+    /// How well the gyro's bias is known, as a standard deviation \[rad/s\].
+    pub fn gyro_bias_sigma_radps(&self) -> f64 {
+        self.covariance[BIAS][BIAS].max(0.0).sqrt()
+    }
+
+    /// How long the wheels have stood now \[s\]; 0 without a gyro.
+    pub fn resting_s(&self) -> f64 {
+        self.resting_s
     }
 
     /// Length of the path driven so far \[m\].

@@ -33,6 +33,10 @@ pub struct NavigatorConfig {
     pub open_margin_m: f64,
     /// Match ranges to the given map to correct the estimated pose.
     pub match_map: bool,
+    /// Without a map, the robot stands until it knows the gyro's bias this well \[rad/s\].
+    pub settle_radps: f64,
+    /// But at most this long \[s\].
+    pub settle_most_s: f64,
     /// From a path to waypoints: close together is precise and slow, far apart is fast.
     pub waypoints: WaypointConfig,
     /// From occupancy to cost.
@@ -65,6 +69,8 @@ impl Default for NavigatorConfig {
             resolution_m: 0.05,
             open_margin_m: 4.0,
             match_map: true,
+            settle_radps: 1.5e-4,
+            settle_most_s: 20.0,
             waypoints: WaypointConfig::default(),
             costmap: CostmapConfig::default(),
             mapping: MappingConfig::default(),
@@ -85,6 +91,7 @@ impl NavigatorConfig {
             ("intermediate_reach_m", self.intermediate_reach_m),
             ("off_path_m", self.off_path_m),
             ("escape_m", self.escape_m),
+            ("settle_radps", self.settle_radps),
             ("doubt_m", self.doubt_m),
             ("least_avoidance_s", self.least_avoidance_s),
             ("resolution_m", self.resolution_m),

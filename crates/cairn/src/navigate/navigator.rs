@@ -41,6 +41,8 @@ pub struct Navigator {
     pub(super) matcher: Option<MapMatcher>,
     pub(super) map_given: bool,
     pub(super) pose_known: bool,
+    /// The pose came with the last tick's measurements.
+    pub(super) pose_given: bool,
     pub(super) tracker: Tracker,
     pub(super) cvm: Cvm,
     pub(super) trap: TrapWatch,
@@ -114,6 +116,7 @@ impl Navigator {
             matcher,
             map_given: world.is_some(),
             pose_known: start.is_some(),
+            pose_given: false,
             mode: Mode::Stop,
             task: None,
             status: TaskStatus::Idle,
@@ -252,6 +255,7 @@ impl Navigator {
             way: percept.way.as_ref(),
             trap: percept.trap.as_ref(),
             plan: plan.as_ref().or(self.last_plan.as_ref()),
+            settling: self.settling(),
             position: pose.position(),
             waypoint_index,
             intermediate,
@@ -315,6 +319,7 @@ impl Navigator {
     /// Encoders and gyroscope, then the given pose, or else the given map, correct the estimate.
     fn locate(&mut self, input: &TickInput<'_>) -> Result<Option<MatchReport>, NavigateError> {
         self.odometry.predict(input.wheels, input.gyro_radps, input.dt_s)?;
+        self.pose_given = input.world_from_robot.is_some();
         if let Some(pose) = input.world_from_robot {
             self.odometry.set_pose(pose)?;
             self.pose_known = true;

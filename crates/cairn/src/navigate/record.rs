@@ -130,6 +130,7 @@ pub(super) struct Story<'a> {
     pub way: Option<&'a WayAhead>,
     pub trap: Option<&'a TrapEvidence>,
     pub plan: Option<&'a PlanRecord>,
+    pub settling: bool,
     pub position: Point2,
     pub waypoint_index: Option<usize>,
     pub intermediate: Option<usize>,
@@ -151,7 +152,12 @@ impl Story<'_> {
             None => "something the plan did not know stands on the way".to_owned(),
         };
         let head = match self.reason {
-            Reason::Waiting => "waiting for a command".to_owned(),
+            Reason::Waiting if self.task.is_none() => "waiting for a command".to_owned(),
+            Reason::Waiting if self.settling => {
+                "standing still until the gyroscope's bias is known well enough to drive without a map"
+                    .to_owned()
+            }
+            Reason::Waiting => "coming to rest".to_owned(),
             Reason::TaskAccepted => format!("asked for {destination}: beginning at rest"),
             Reason::NewTaskWhileMoving => format!("asked for {destination} while moving: first to rest"),
             Reason::Cancelled => "cancelled".to_owned(),
