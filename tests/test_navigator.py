@@ -1,3 +1,4 @@
+import itertools
 import json
 import math
 
@@ -89,7 +90,7 @@ def test_the_path_leads_from_the_robot_to_the_exact_goal_and_the_field_falls_alo
     assert tuple(path[-1]) == (7.0, 3.0)
     assert math.dist(path[0], START[:2]) < 1e-9
     values = [drive.nav.field.cost_to_go_at(x, y) for x, y in path[1:]]
-    assert all(a > b for a, b in zip(values[:-1], values[1:], strict=True))
+    assert all(a > b for a, b in itertools.pairwise(values))
 
 
 def test_a_tracking_record_names_inputs_memberships_rules_and_command():

@@ -56,9 +56,9 @@ impl Navigator {
     /// Nothing but the gyroscope will hold the heading, and standing still teaches its bias.
     pub(super) fn settling(&self) -> bool {
         let resting_s = self.odometry.resting_s();
-        let blind = !self.pose_given && !(self.map_given && self.pose_known);
+        let seeing = self.pose_given || (self.map_given && self.pose_known);
         let unsure = self.odometry.gyro_bias_sigma_radps() > self.config.settle_radps;
-        blind && unsure && resting_s > 0.0 && resting_s < self.config.settle_most_s
+        !seeing && unsure && resting_s > 0.0 && resting_s < self.config.settle_most_s
     }
 
     fn perceive_tracking(&mut self, dt_s: f64, percept: &mut Percept) -> Event {
