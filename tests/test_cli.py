@@ -27,6 +27,9 @@ def test_the_command_says_its_version():
         (["run"], "scenario"),
         (["run", "nowhere"], "nowhere"),
         (["run", "nowhere", "--seed", "x"], "--seed"),
+        (["run", "quick", "--seed", "-1"], "--seed"),
+        (["plan", "room", "--goal", "goal", "--out", "field.foo"], "only .npy"),
+        (["plan", "room", "--goal", "goal", "--picture", "plan.foo"], "only .png"),
     ],
 )
 def test_wrong_usage_is_exit_code_2_with_a_complaint(command, arguments, complaint):

@@ -174,6 +174,7 @@ def test_saving_what_the_format_cannot_hold_is_refused(tmp_path):
         ("MapKeyInvalid", {"yaml": YAML.replace("0.5]", ".inf]")}, 3, "yaw"),
         ("MapKeyInvalid", {"yaml": YAML.replace("negate: 0", "negate: 2")}, 4, "0 or 1"),
         ("MapKeyInvalid", {"yaml": YAML.replace("0.196", "0.7")}, 6, "occupied_thresh"),
+        ("MapKeyInvalid", {"yaml": YAML.replace("0.65", "65")}, 5, "at most 1"),
         ("MapKeyInvalid", {"yaml": YAML + "mode: shades\n"}, 7, "trinary"),
         ("MapKeyInvalid", {"yaml": YAML.replace("m.pgm", "7")}, 1, "must be text"),
         ("MapImageMissing", {"yaml": YAML.replace("m.pgm", "n.pgm")}, 1, "n.pgm"),

@@ -355,6 +355,7 @@ GOOD = ([0, 1, 2], [1, 0], [1.0, 2.0])
         ({}, 2, "GoalNotANode", {"node": 2, "nodes": 2}),
         ({}, -1, "GoalNotANode", {"node": -1, "nodes": 2}),
         ({}, 0.5, "CellNotWhole", {"value": 0.5}),
+        ({}, 2**70, "CellNotWhole", {"value": 2**70}),
         ({}, [], "NoGoal", {}),
     ],
 )

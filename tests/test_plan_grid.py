@@ -258,6 +258,7 @@ def test_classical_dynamic_programming_is_not_optimal_on_the_harder_obstacles():
         (np.ones((2, 2)), [(0, 0), (0, 2)], "GoalOutsideGrid", {"row": 0, "col": 2}),
         (np.ones((2, 2)), (0.5, 0), "CellNotWhole", {"value": 0.5}),
         (np.ones((2, 2)), (np.nan, 0), "CellNotWhole", {}),
+        (np.ones((2, 2)), (0, 1e30), "CellNotWhole", {"value": 1e30}),
         (np.ones((2, 2)), (0, 0, 0), "GoalMalformed", {"value": (0, 0, 0)}),
         (np.ones((2, 2)), 3, "GoalMalformed", {"value": 3}),
         (np.ones((2, 2)), "ab", "GoalMalformed", {"value": "ab"}),
@@ -290,4 +291,7 @@ def test_bad_options_and_starts_are_refused_by_name():
         cairn.plan_grid(free, (0, 0), steps="1/1")
     for start in [(2, 0), (0, 3), (-1, 0)]:
         with pytest.raises(cairn.errors.StartOutsideGrid):
+            cairn.plan_grid(free, (0, 0)).path(start)
+    for start in [None, (1,), (1, 2, 3), 7]:
+        with pytest.raises(cairn.errors.StartMalformed):
             cairn.plan_grid(free, (0, 0)).path(start)

@@ -125,6 +125,9 @@ def test_points_off_the_map_or_in_obstacles_are_refused_by_name():
     with pytest.raises(cairn.errors.StartOutsideMap) as outside:
         cairn.plan(world, (12.0, 0.0)).path((30.0, 0.0))
     assert outside.value.x_m == 30.0
+    for start in [None, (1.0,), "ab", 3.0]:
+        with pytest.raises(cairn.errors.StartMalformed):
+            cairn.plan(world, (12.0, 0.0)).path(start)
     with pytest.raises(cairn.errors.GoalMalformed):
         cairn.plan(world, 3.0)
     with pytest.raises(cairn.errors.NoGoal):

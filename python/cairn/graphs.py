@@ -257,7 +257,7 @@ def graph_from_edges(nodes: int, edges: npt.ArrayLike, costs: npt.ArrayLike) -> 
         link, end = (int(i) for i in outside[0])
         node = int(ends[link, end])
         raise errors.NodeOutOfRange(
-            f"link {link} names node {node}, but the nodes are 0..{nodes}",
+            f"link {link} names node {node}, but there are {nodes} nodes, counted from 0",
             link=link,
             node=node,
             nodes=nodes,
@@ -314,7 +314,7 @@ def _walk(
     start, nodes_there = whole_number(start), len(next_node)
     if not 0 <= start < nodes_there:
         raise errors.StartNotANode(
-            f"start {start} is not a node: the nodes are 0..{nodes_there}",
+            f"start {start} is not a node: there are {nodes_there} nodes, counted from 0",
             node=start,
             nodes=nodes_there,
         )

@@ -103,7 +103,8 @@ class Field:
         """Walk the pointers from `start` to a goal.
 
         Args:
-            start: (x, y) in the world [m] for a field of `plan`; (row, col) for `plan_grid`.
+            start: (x, y) in the world [m], anything after y ignored, for a field of `plan`;
+                (row, col) for `plan_grid`.
 
         Returns:
             For `plan`: float64 (n, 2) world points [m]: `start` itself, the centres of the cells
@@ -113,10 +114,21 @@ class Field:
         Raises:
             StartOutsideMap: `start` is not on the map (or NaN).
             StartOutsideGrid: the cell `start` is not in the grid.
+            StartMalformed, CellNotWhole: `start` is no pair of (whole) numbers.
         """
-        if self._goal_points is None:
-            return self.brain.path((whole_number(start[0]), whole_number(start[1])))
-        return self.brain.path_in_world((float(start[0]), float(start[1])), self._goal_points)
+        try:
+            first, second, *further = start
+            if self._goal_points is not None:
+                return self.brain.path_in_world((float(first), float(second)), self._goal_points)
+        except (TypeError, ValueError) as error:
+            if isinstance(error, errors.CairnError):
+                raise
+            raise errors.StartMalformed(
+                f"start {start!r} is no pair of numbers", value=start
+            ) from None
+        if further:
+            raise errors.StartMalformed(f"start {start!r}: a cell is (row, col)", value=start)
+        return self.brain.path((whole_number(first), whole_number(second)))
 
     def __repr__(self) -> str:
         """Shape, number type and goals."""
@@ -278,10 +290,10 @@ def checked_choice(option: str, value: str | None, choices: tuple[str | None, ..
 
 
 def whole_number(value: Any) -> int:
-    """Return `value` as an int; a fraction is an error, not a cell."""
+    """Return `value` as an int of 64 bits; a fraction is an error, not a cell."""
     try:
         whole = int(value)
-        if whole == value:
+        if whole == value and abs(whole) < 2**63:
             return whole
     except (TypeError, ValueError, OverflowError):
         pass

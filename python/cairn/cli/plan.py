@@ -34,6 +34,10 @@ def plan(
     """Plan to a goal: one field for every start. Code 3 if there is no way from the start."""
     from cairn import maps
 
+    if out is not None and out.suffix != ".npy":
+        raise typer.BadParameter(f"{out}: only .npy is written", param_hint="--out")
+    if picture is not None and picture.suffix != ".png":
+        raise typer.BadParameter(f"{picture}: only .png is drawn", param_hint="--picture")
     world = maps.load(map_)
     goal_m = _point(goal, world, "--goal")
     start_m = None if start is None else _point(start, world, "--start")
@@ -44,8 +48,6 @@ def plan(
     took = time.perf_counter() - began
     path = None if start_m is None else field.path(start_m)
     if out is not None:
-        if out.suffix != ".npy":
-            raise typer.BadParameter(f"{out}: only .npy is written", param_hint="--out")
         np.save(out, cost_to_go)
     if picture is not None:
         from cairn.view.picture import draw_plan

@@ -17,8 +17,14 @@ class GoalMalformed(CairnError):
     value: Any
 
 
+class StartMalformed(CairnError):
+    """A start is no pair of numbers."""
+
+    value: Any
+
+
 class CellNotWhole(CairnError):
-    """A row, column or node is not a whole number."""
+    """A row, column or node is not a whole number of 64 bits."""
 
     value: Any
 

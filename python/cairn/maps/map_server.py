@@ -47,6 +47,8 @@ def load(path: str | Path) -> World:
     negate = header.flag("negate")
     occupied = header.number("occupied_thresh", least=0.0)
     free = header.number("free_thresh", least=0.0)
+    if occupied > 1.0:
+        header.refuse("occupied_thresh", "must be at most 1: no cell could be occupied")
     if free > occupied:
         header.refuse("free_thresh", f"greater than occupied_thresh, {occupied:g}")
     mode = header.text("mode", "trinary")

@@ -23,7 +23,9 @@ pub enum PlanError {
     #[error("no goal was given; give at least one")]
     NoGoal,
     /// A goal cell is not in the grid.
-    #[error("goal cell ({row}, {col}) is outside the grid: rows 0..{rows}, columns 0..{cols}")]
+    #[error(
+        "goal cell ({row}, {col}) is outside the grid: it has {rows} rows and {cols} columns, counted from 0"
+    )]
     GoalOutsideGrid {
         /// Row asked for.
         row: i64,
@@ -57,7 +59,9 @@ pub enum PlanError {
         col: usize,
     },
     /// A start cell is not in the grid.
-    #[error("start cell ({row}, {col}) is outside the grid: rows 0..{rows}, columns 0..{cols}")]
+    #[error(
+        "start cell ({row}, {col}) is outside the grid: it has {rows} rows and {cols} columns, counted from 0"
+    )]
     StartOutsideGrid {
         /// Row asked for.
         row: i64,
@@ -185,7 +189,7 @@ pub enum PlanError {
         links: usize,
     },
     /// A link leads from or to a node that does not exist.
-    #[error("link {link} names node {node}, but the nodes are 0..{nodes}")]
+    #[error("link {link} names node {node}, but there are {nodes} nodes, counted from 0")]
     NodeOutOfRange {
         /// Number of the link.
         link: usize,
@@ -246,7 +250,7 @@ pub enum PlanError {
         precision: &'static str,
     },
     /// A goal is not a node of the graph.
-    #[error("goal {node} is not a node: the nodes are 0..{nodes}")]
+    #[error("goal {node} is not a node: there are {nodes} nodes, counted from 0")]
     GoalNotANode {
         /// The goal asked for.
         node: i64,
@@ -254,7 +258,7 @@ pub enum PlanError {
         nodes: usize,
     },
     /// A start is not a node of the graph.
-    #[error("start {node} is not a node: the nodes are 0..{nodes}")]
+    #[error("start {node} is not a node: there are {nodes} nodes, counted from 0")]
     StartNotANode {
         /// The start asked for.
         node: i64,
