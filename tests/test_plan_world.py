@@ -81,6 +81,16 @@ def test_costs_are_per_metre_and_lead_round_dear_ground():
     assert field.path((24.75, 0.0)) is None
 
 
+def test_what_stands_on_a_map_blocks_whatever_its_cells_cost():
+    wall = np.array([[0, 1, 0], [0, 1, 0]], np.uint8)
+    world = cairn.World(wall, 1.0, costs=np.ones(wall.shape, np.float32))
+    field = cairn.plan(world, (0.5, 0.5))
+    assert field.native.dtype == np.float32
+    assert field.path((2.5, 0.5)) is None
+    with pytest.raises(cairn.errors.GoalBlocked):
+        cairn.plan(world, (1.5, 0.5))
+
+
 def test_unknown_cells_are_blocked_unless_taken_as_free():
     occupancy = walled()
     occupancy[16:, 14] = 2

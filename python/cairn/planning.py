@@ -147,8 +147,9 @@ def plan(
 ) -> Field:
     """Plan from everywhere on a world's map to `goal`.
 
-    A world with `costs` is planned on these (cost per metre, > 0, inf blocked), as they are: grow
-    obstacles by the robot beforehand. One without is planned on its free cells at unit cost.
+    A world with `costs` is planned on these (cost per metre, > 0, inf blocked) wherever nothing
+    stands; grow obstacles by the robot beforehand. One without is planned on its free cells at unit
+    cost.
 
     Args:
         world: occupancy, resolution, origin, and perhaps costs.
@@ -177,7 +178,8 @@ def plan(
         free = (occupancy == 0) | (occupancy == 2) if unknown == "free" else occupancy == 0
         grid: npt.NDArray[Any] = free
     else:
-        grid = np.asarray(costs)
+        grid = np.where(occupancy == 1, np.inf, costs) if np.any(occupancy == 1) else costs
+        grid = np.asarray(grid, getattr(costs, "dtype", None))
     x, y, yaw = (float(value) for value in world.origin)
     place = (float(world.resolution_m), (x, y, yaw))
     rows, cols = two_dimensional(grid).shape
