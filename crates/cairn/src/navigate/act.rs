@@ -173,7 +173,9 @@ impl Navigator {
             _ => (0.0, f64::INFINITY),
         };
         let obstacles = self.obstacles_in_robot(pose);
-        self.cvm.choose_after(measured, Some(self.commanded), bearing_rad, distance_m, &obstacles, dt_s)
+        let on_known_way = self.intermediate.is_some() && self.map_given && self.pose_known;
+        let cvm = if on_known_way { &self.cvm_on_way } else { &self.cvm };
+        cvm.choose_after(measured, Some(self.commanded), bearing_rad, distance_m, &obstacles, dt_s)
     }
 
     /// Centres of the occupied cells that any motion could meet, robot frame \[m\].

@@ -49,10 +49,30 @@ pub struct NavigatorConfig {
     pub matching: MatchingConfig,
     /// The curvature velocity method; its latency is the profile's.
     pub avoidance: CvmConfig,
+    /// Its weights while it takes the robot around something and back to a way planned on a map.
+    pub on_way: WeightsOnWay,
     /// How careful to be where nothing has been seen yet.
     pub caution: CautionConfig,
     /// Circles and dead ends.
     pub trap: TrapConfig,
+}
+
+/// Weights of (7) on a known way: what matters is to come back to it, not into side rooms.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct WeightsOnWay {
+    /// a1: speed.
+    pub speed_weight: f64,
+    /// a2: free arc length.
+    pub distance_weight: f64,
+    /// a3: heading for the intermediate goal. The three sum to 1.
+    pub heading_weight: f64,
+}
+
+impl Default for WeightsOnWay {
+    fn default() -> Self {
+        Self { speed_weight: 0.1, distance_weight: 0.2, heading_weight: 0.7 }
+    }
 }
 
 impl Default for NavigatorConfig {
@@ -77,6 +97,7 @@ impl Default for NavigatorConfig {
             odometry: OdometryConfig::default(),
             matching: MatchingConfig::default(),
             avoidance: CvmConfig { reverse_to_leave: true, ..CvmConfig::default() },
+            on_way: WeightsOnWay::default(),
             caution: CautionConfig::default(),
             trap: TrapConfig::default(),
         }

@@ -13,7 +13,7 @@ mod trap;
 mod way;
 
 pub use caution::{Caution, CautionConfig};
-pub use config::NavigatorConfig;
+pub use config::{NavigatorConfig, WeightsOnWay};
 pub use error::NavigateError;
 pub use navigator::{Navigator, TickInput};
 pub use planning::{Planner, Refusal, WorldField};

@@ -45,6 +45,7 @@ pub struct Navigator {
     pub(super) pose_given: bool,
     pub(super) tracker: Tracker,
     pub(super) cvm: Cvm,
+    pub(super) cvm_on_way: Cvm,
     pub(super) trap: TrapWatch,
     pub(super) mode: Mode,
     pub(super) task: Option<Task>,
@@ -105,9 +106,16 @@ impl Navigator {
             width_m: profile.footprint.width_m + 2.0 * config.clearance_m,
         };
         let avoidance = CvmConfig { latency_s: profile.drive.latency_s, ..config.avoidance.clone() };
+        let on_way = CvmConfig {
+            speed_weight: config.on_way.speed_weight,
+            distance_weight: config.on_way.distance_weight,
+            heading_weight: config.on_way.heading_weight,
+            ..avoidance.clone()
+        };
         Ok(Self {
             odometry: Odometry::new(&config.odometry, &profile.drive, start.unwrap_or_default())?,
             tracker: Tracker::new(controller, &profile.limits)?.with_latency(profile.drive.latency_s)?,
+            cvm_on_way: Cvm::new(&on_way, &profile.limits, &profile.footprint)?,
             cvm: Cvm::new(&avoidance, &profile.limits, &profile.footprint)?,
             trap: TrapWatch::new(config.trap),
             body,
