@@ -242,6 +242,35 @@ def test_without_map_and_pose_it_stands_until_the_gyros_bias_is_learnt_and_says_
     assert abs(nav.pose.heading) < 0.01
 
 
+def test_forbidden_ground_is_not_crossed_though_nothing_stands_there():
+    world = two_rooms()
+    costs = np.ones(world.shape, np.float32)
+    costs[:, 50:60] = np.inf
+    closed = cairn.World(world.occupancy, resolution_m=0.05, costs=costs)
+    drive = Drive(world, given=closed)
+    drive.nav.set_goal((7.0, 3.0))
+    assert drive.until(ended).to_dict()["status"]["refusal"]["code"] == "no_path"
+    costs[10:30, 50:60] = 1.0
+    drive = Drive(world, given=cairn.World(world.occupancy, resolution_m=0.05, costs=costs))
+    drive.nav.set_goal((7.0, 3.0))
+    assert drive.until(ended).goal_status == "reached"
+    crossing = [d.pose.y for d in drive.decisions if 2.5 < d.pose.x < 3.0]
+    assert all(0.5 < y < 1.5 for y in crossing)
+
+
+def test_a_world_already_priced_for_the_robot_still_lets_it_through_the_door():
+    priced = cairn.costmap(two_rooms(), P3AT)
+    drive = Drive(two_rooms(), given=priced)
+    drive.nav.set_goal((7.0, 3.0))
+    assert drive.until(ended).goal_status == "reached"
+
+
+@pytest.mark.parametrize("goal", [None, (1.0,), [(1.0, 1.0), (2.0, 2.0)], "there"])
+def test_a_malformed_goal_is_refused_by_name(goal):
+    with pytest.raises(errors.GoalMalformed):
+        cairn.Navigator(P3AT).set_goal(goal)
+
+
 def test_a_start_inside_the_margin_leaves_to_free_space():
     drive = Drive(two_rooms(), start=(0.45, 2.0, math.pi / 2))
     drive.nav.set_goal((3.0, 2.0))
@@ -286,6 +315,8 @@ def test_every_pair_of_mode_and_event_has_one_row_with_a_reason():
     [
         ({"ranges": SILENT[:-1]}, errors.RangeCountWrong, ("given", P3AT.range_count - 1)),
         ({"ranges": np.r_[-0.1, SILENT[1:]]}, errors.RangeNegative, ("index", 0)),
+        ({"ranges": SILENT[None, :]}, errors.RangeCountWrong, ("given", P3AT.range_count)),
+        ({"wheels": (0.0,)}, errors.MeasurementNotFinite, ("what", "wheels")),
         ({"dt_s": 0.0}, errors.TimeStepInvalid, ("dt_s", 0.0)),
         ({"dt_s": float("nan")}, errors.TimeStepInvalid, None),
         ({"wheels": (float("nan"), 0.0)}, errors.MeasurementNotFinite, None),

@@ -188,6 +188,7 @@ class Navigator:
         config: dict[str, Any] | None,
         map: tuple[NDArray[np.uint8], float, tuple[float, float, float]] | None,
         start: tuple[float, float, float] | None,
+        ground: NDArray[np.float32] | None,
     ) -> None: ...
     @staticmethod
     def default_config() -> dict[str, Any]: ...

@@ -82,7 +82,8 @@ class Navigator:
 
     Args:
         profile: the robot, or the name or file of its profile.
-        world: the map to plan on; None: the robot maps as it goes.
+        world: the map to plan on, with its `costs` if it has any: cells of infinite cost are forbidden
+            to the robot's centre. None: the robot maps as it goes.
         start: (x, y, heading) of the robot in the world frame [m, m, rad]. Without it a given map
             is used only once `step` is told a pose.
         controller: name, file or TOML text of the fuzzy controller.
@@ -104,8 +105,10 @@ class Navigator:
     ) -> None:
         self.profile = profile if isinstance(profile, Profile) else Profile.load(profile)
         self.world = world
-        grid = None
+        grid = ground = None
         if world is not None:
+            if world.costs is not None:
+                ground = np.asarray(world.costs, np.float32)
             grid = (world.occupancy, world.resolution_m, world.origin)
         self._brain = _brain.Navigator(
             self.profile,
@@ -113,6 +116,7 @@ class Navigator:
             None if config is None else dict(config),
             grid,
             None if start is None else _triple(start, "start"),
+            ground,
         )
 
     @staticmethod
@@ -129,10 +133,10 @@ class Navigator:
                 something it does not know stands in the way.
 
         Raises:
+            GoalMalformed: not (x, y) or (x, y, heading).
             GoalNotFinite: a coordinate is NaN or infinite.
         """
-        x, y = (float(v) for v in np.asarray(goal, float)[:2])
-        self._brain.set_goal(x, y, field)
+        self._brain.set_goal(*_point(goal), field)
 
     def explore(self) -> None:
         """See what is unknown, until there is nothing left or another command comes."""
@@ -164,10 +168,24 @@ class Navigator:
             RangeCountWrong, RangeNegative, TimeStepInvalid, MeasurementNotFinite: the input cannot
                 be a measurement; nothing has changed then.
         """
-        left, right = (float(v) for v in np.asarray(wheels, float))
+        travel = np.asarray(wheels, float)
+        if travel.shape != (2,):
+            raise errors.MeasurementNotFinite(
+                f"wheels are {wheels!r}: they must be (left, right), two finite numbers",
+                what="wheels",
+                value=wheels,
+            )
+        readings = np.ascontiguousarray(ranges, np.float64)
+        if readings.ndim != 1:
+            raise errors.RangeCountWrong(
+                f"ranges have shape {readings.shape}: they must be ({self.profile.range_count},)",
+                given=readings.size,
+                expected=self.profile.range_count,
+            )
+        left, right = (float(way) for way in travel)
         return Decision(
             self._brain.step(
-                np.ascontiguousarray(ranges, np.float64),
+                readings,
                 (left, right),
                 None if gyro is None else float(gyro),
                 float(dt_s),
@@ -215,6 +233,16 @@ class Navigator:
 def transitions() -> list[tuple[str, str, str, str]]:
     """Every transition of the four modes: (mode, event, next mode, reason) [Maalouf06 Fig. 11]."""
     return _brain.transitions()
+
+
+def _point(goal: ArrayLike) -> tuple[float, float]:
+    try:
+        numbers = np.asarray(goal, float)
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.shape not in ((2,), (3,)):
+        raise errors.GoalMalformed(f"goal {goal!r}: a goal is one (x, y) in metres", value=goal)
+    return float(numbers[0]), float(numbers[1])
 
 
 def _triple(pose: ArrayLike, what: str) -> tuple[float, float, float]:

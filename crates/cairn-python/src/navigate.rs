@@ -2,7 +2,7 @@ use cairn::geometry::{Point2, Twist2};
 use cairn::locate::WheelTravel;
 use cairn::navigate::{NavigatorConfig, PAPER, TickInput, WorldField};
 use cairn::track::TrackerConfig;
-use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use serde::Serialize;
 
@@ -119,13 +119,19 @@ impl Navigator {
         config: Option<Bound<'_, PyAny>>,
         map: Option<WorldParts<'_>>,
         start: Option<Triple>,
+        ground: Option<PyReadonlyArray2<'_, f32>>,
     ) -> PyResult<Self> {
         let controller: TrackerConfig = controller(controller_toml)?;
         let config: NavigatorConfig = settings(config.as_ref(), "navigator")?;
         let world =
             map.map(|(cells, resolution_m, origin)| occupancy_grid(&cells, resolution_m, pose_of(origin)));
         let start = start.map(pose_of);
+        let ground: Option<Vec<f32>> = ground.map(|costs| costs.as_array().iter().copied().collect());
         cairn::navigate::Navigator::new(profile.inner.clone(), &controller, config, world.as_ref(), start)
+            .and_then(|navigator| match ground {
+                Some(ground) => navigator.with_ground(ground),
+                None => Ok(navigator),
+            })
             .map(|inner| Self { inner })
             .map_err(|e| to_python(&e))
     }

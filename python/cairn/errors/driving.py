@@ -365,6 +365,13 @@ class RangeCountWrong(CairnError):
     expected: int
 
 
+class GroundShapeWrong(CairnError):
+    """Costs of the ground are not one for each cell of the map."""
+
+    given: int
+    expected: int
+
+
 class RangeNegative(CairnError):
     """A range is negative."""
 

@@ -116,8 +116,13 @@ impl Navigator {
             return Err(Refusal::NoProgress { plans: self.fruitless + 1 });
         }
         self.plan_count += 1;
-        let planner =
-            Planner { footprint: self.body, config: &self.config.costmap, escape_m: self.config.escape_m };
+        let on_given_map = self.map_given && self.pose_known;
+        let planner = Planner {
+            footprint: self.body,
+            config: &self.config.costmap,
+            escape_m: self.config.escape_m,
+            ground: self.ground.as_deref().filter(|_| on_given_map),
+        };
         match self.task {
             Some(Task::Goal { point }) => {
                 let occupancy = self.map_around(&[pose.position(), point]);

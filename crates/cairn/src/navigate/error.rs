@@ -51,6 +51,14 @@ pub enum NavigateError {
         /// What was given \[m\].
         y_m: f64,
     },
+    /// Costs of the ground do not fit the map.
+    #[error("{given} costs of the ground given, the map has {expected} cells: give one for each cell")]
+    GroundShapeWrong {
+        /// Number given.
+        given: usize,
+        /// Cells of the map.
+        expected: usize,
+    },
     /// A setting is out of range.
     #[error("navigator setting {key} is {value}: it must be a finite number greater than 0")]
     NavigatorSettingInvalid {

@@ -40,6 +40,7 @@ pub struct Navigator {
     pub(super) map: OccupancyMap,
     pub(super) matcher: Option<MapMatcher>,
     pub(super) map_given: bool,
+    pub(super) ground: Option<Vec<f32>>,
     pub(super) pose_known: bool,
     /// The pose came with the last tick's measurements.
     pub(super) pose_given: bool,
@@ -123,6 +124,7 @@ impl Navigator {
             map,
             matcher,
             map_given: world.is_some(),
+            ground: None,
             pose_known: start.is_some(),
             pose_given: false,
             mode: Mode::Stop,
@@ -151,6 +153,20 @@ impl Navigator {
             profile,
             config,
         })
+    }
+
+    /// The same navigator on a map whose cells cost `ground` per metre, row-major; an infinite cell is
+    /// forbidden to the robot's centre, though nothing stands there.
+    ///
+    /// # Errors
+    /// [`NavigateError::GroundShapeWrong`] unless there is one number for every cell of the map.
+    pub fn with_ground(mut self, ground: Vec<f32>) -> Result<Self, NavigateError> {
+        let expected = if self.map_given { self.map.geometry().len() } else { 0 };
+        if ground.len() != expected {
+            return Err(NavigateError::GroundShapeWrong { given: ground.len(), expected });
+        }
+        self.ground = Some(ground);
+        Ok(self)
     }
 
     /// Asks for a point of the world. While moving, the robot first comes to rest.

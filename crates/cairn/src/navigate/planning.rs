@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::geometry::{Point2, Pose2};
 use crate::plan::{Field, PlanOptions, plan_costs_f32};
 use crate::robot::Footprint;
-use crate::world::{Cell, CostmapConfig, Grid, GridGeometry, Occupancy, OccupancyGrid, costmap};
+use crate::world::{Cell, CostmapConfig, Grid, GridGeometry, Occupancy, OccupancyGrid, costmap_with_layers};
 
 /// A cost-to-go field laid over the world, shared by every robot that wants the same goal.
 #[derive(Clone, Debug)]
@@ -76,6 +76,9 @@ pub struct Planner<'a> {
     pub config: &'a CostmapConfig,
     /// How far a start inside the margin may be from a free place \[m\].
     pub escape_m: f64,
+    /// What a metre of each cell's ground costs by the given map; infinite is forbidden to the
+    /// robot's centre. Row-major, of the map's shape.
+    pub ground: Option<&'a [f32]>,
 }
 
 impl Planner<'_> {
@@ -126,7 +129,8 @@ impl Planner<'_> {
     }
 
     fn costs(&self, occupancy: &OccupancyGrid) -> Result<Grid<f32>, Refusal> {
-        costmap(occupancy, &self.footprint, self.config).map_err(|_| Refusal::NoPath)
+        costmap_with_layers(occupancy, &self.footprint, self.config, self.ground, &[])
+            .map_err(|_| Refusal::NoPath)
     }
 
     fn field(
