@@ -84,3 +84,33 @@ def test_a_matcher_brings_a_robot_back_between_walls_it_knows():
         matcher.correct(odometry, P3AT, [1.0, 2.0])
     with pytest.raises(cairn.errors.MatchingValueOutOfRange):
         MapMatcher(world, config={"gate_m": 0.0})
+
+
+@pytest.mark.parametrize("bias_radps", [-0.002, -0.0005, 0.001, 0.009])
+def test_the_gyros_bias_is_learnt_at_short_stops(bias_radps):
+    random = np.random.default_rng(1)
+    odometry = Odometry(P3AT)
+    for _ in range(6):
+        for wheels, ticks in ((0.0, 8), (0.04, 20)):
+            for _ in range(ticks):
+                gyro = bias_radps + 0.0016 * random.standard_normal()
+                odometry.predict((wheels, wheels), gyro, 0.1)
+    assert odometry.gyro_bias_radps == pytest.approx(
+        bias_radps, abs=max(0.0006, 0.1 * abs(bias_radps))
+    )
+
+
+def test_a_box_a_little_before_a_wall_does_not_pull_the_pose():
+    from test_mapping import corridor, heard
+
+    world = corridor(2.0)
+    cells = world.occupancy.copy()
+    cells[11:31, 155:159] = 1  # stands 0.2 m out of the far wall, 1 m wide
+    boxed = cairn.World(cells, 0.05, world.origin)
+    truth = (4.0, 0.0, 0.0)
+    odometry = Odometry(P3AT, truth, config={"start_m": 0.1, "start_rad": 0.02})
+    matcher = MapMatcher(world)
+    for _ in range(50):
+        odometry.predict((0.0, 0.0), 0.0, 0.1)
+        matcher.correct(odometry, P3AT, heard(boxed, truth))
+    np.testing.assert_allclose(odometry.pose, truth, atol=0.05)

@@ -16,7 +16,12 @@ pub struct MatchingConfig {
     pub range_m: f64,
     /// An echo farther than this from what the map predicts came from something else \[m\].
     pub gate_m: f64,
-    /// The same in standard deviations of the innovation.
+    /// When most echoes are nearer than this to what the map predicts, the others came from
+    /// something else \[m\].
+    pub close_m: f64,
+    /// The share of echoes that makes them most.
+    pub close_share: f64,
+    /// The gate in standard deviations of the innovation.
     pub gate_sigma: f64,
     /// Standard deviation of an echo from a straight wall: cells, noise, wood \[m\].
     pub noise_m: f64,
@@ -39,6 +44,8 @@ impl Default for MatchingConfig {
         Self {
             range_m: 3.5,
             gate_m: 0.3,
+            close_m: 0.12,
+            close_share: 0.5,
             gate_sigma: 3.0,
             noise_m: 0.04,
             noise_m_per_m: 0.02,
@@ -104,6 +111,8 @@ impl MapMatcher {
         for (key, value) in [
             ("range_m", config.range_m),
             ("gate_m", config.gate_m),
+            ("close_m", config.close_m),
+            ("close_share", config.close_share),
             ("gate_sigma", config.gate_sigma),
             ("noise_m", config.noise_m),
             ("noise_m_per_m", config.noise_m_per_m + f64::MIN_POSITIVE),
@@ -144,6 +153,7 @@ impl MapMatcher {
         let c = &self.config;
         let (before, spread_before) = (odometry.pose, odometry.covariance);
         let mut report = MatchReport::default();
+        let mut echoes = Vec::with_capacity(profile.sonars.len());
         for (sonar, &range_m) in profile.sonars.iter().zip(ranges_m) {
             if !(range_m > sonar.min_range_m && range_m < sonar.max_range_m.min(c.range_m)) {
                 continue; // also NaN and infinity
@@ -152,11 +162,20 @@ impl MapMatcher {
             let sonar_in_world = before * sonar.pose;
             let farthest_m = range_m + c.gate_m;
             let echo = sonar_echo(&self.walls, sonar_in_world, sonar.beam_rad, farthest_m, c.rays);
-            let Some(echo) = echo.filter(|echo| (range_m - echo.range_m).abs() <= c.gate_m) else {
-                report.rejected += 1;
-                continue;
-            };
-            if self.update(odometry, before, sonar_in_world, &echo, range_m) {
+            match echo.filter(|echo| (range_m - echo.range_m).abs() <= c.gate_m) {
+                Some(echo) => echoes.push((sonar_in_world, echo, range_m)),
+                None => report.rejected += 1,
+            }
+        }
+        // A thing before a wall answers a little nearer than the wall would, tick after tick. Where
+        // the pose is good, most echoes say so, and what does not fit as well is such a thing.
+        let close = echoes.iter().filter(|(_, echo, range_m)| (range_m - echo.range_m).abs() <= c.close_m);
+        let sure = close.count() as f64 > c.close_share * echoes.len() as f64;
+        let gate_m = if sure { c.close_m.min(c.gate_m) } else { c.gate_m };
+        for (sonar_in_world, echo, range_m) in &echoes {
+            if (range_m - echo.range_m).abs() <= gate_m
+                && self.update(odometry, before, *sonar_in_world, echo, *range_m)
+            {
                 report.used += 1;
             } else {
                 report.rejected += 1;
