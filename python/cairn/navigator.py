@@ -82,8 +82,8 @@ class Navigator:
 
     Args:
         profile: the robot, or the name or file of its profile.
-        world: the map to plan on, with its `costs` if it has any: cells of infinite cost are forbidden
-            to the robot's centre. None: the robot maps as it goes.
+        world: the map to plan on, with its `costs` if it has any: cells of infinite cost are
+            forbidden to the robot's centre. None: the robot maps as it goes.
         start: (x, y, heading) of the robot in the world frame [m, m, rad]. Without it a given map
             is used only once `step` is told a pose.
         controller: name, file or TOML text of the fuzzy controller.

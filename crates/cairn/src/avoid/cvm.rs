@@ -169,7 +169,8 @@ impl Cvm {
     /// Whether `command`, as the last one before braking, keeps the body off every obstacle.
     ///
     /// `pending` is the command given before it, `obstacles_in_robot` as in [`Cvm::choose`]; any
-    /// controller's command may be asked about.
+    /// controller's command may be asked about. It is held to the margin twice, once for what it does
+    /// not know of how the robot lags; the method itself drives nearer, but slowly.
     pub fn keeps_clear(
         &self,
         current: Twist2,
@@ -181,7 +182,9 @@ impl Cvm {
         let nearest_first = self.nearest_first(obstacles_in_robot);
         let start = self.limits.reachable(current, pending, self.config.latency_s);
         let window = Window::reachable(&self.limits, start, dt_s);
-        self.can_stop(command, &Seen { current, pending, start, dt_s, window, nearest_first: &nearest_first })
+        let outline = self.outline.grown(self.config.margin_m);
+        self.motion(command, &Seen { current, pending, start, dt_s, window, nearest_first: &nearest_first })
+            .is_clear(&outline, &nearest_first)
     }
 
     fn drive_or_turn(&self, record: &mut AvoidanceRecord, seen: &Seen) {
