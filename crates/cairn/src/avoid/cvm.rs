@@ -170,7 +170,7 @@ impl Cvm {
     ///
     /// `pending` is the command given before it, `obstacles_in_robot` as in [`Cvm::choose`]; any
     /// controller's command may be asked about. It is held to the margin twice, once for what it does
-    /// not know of how the robot lags; the method itself drives nearer, but slowly.
+    /// not know of how the robot lags; where the robot stands nearer than that already, to no touch.
     pub fn keeps_clear(
         &self,
         current: Twist2,
@@ -182,7 +182,9 @@ impl Cvm {
         let nearest_first = self.nearest_first(obstacles_in_robot);
         let start = self.limits.reachable(current, pending, self.config.latency_s);
         let window = Window::reachable(&self.limits, start, dt_s);
-        let outline = self.outline.grown(self.config.margin_m);
+        let held_to = self.outline.grown(self.config.margin_m);
+        let already_nearer = nearest_first.iter().any(|&(_, p)| held_to.contains(p));
+        let outline = if already_nearer { self.body.grown(self.config.obstacle_radius_m) } else { held_to };
         self.motion(command, &Seen { current, pending, start, dt_s, window, nearest_first: &nearest_first })
             .is_clear(&outline, &nearest_first)
     }
