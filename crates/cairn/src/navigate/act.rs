@@ -27,7 +27,7 @@ impl Navigator {
             }
             Reason::GoalUnattainable if entered => {
                 self.task = None;
-                if let Some(refusal) = self.refusal.take() {
+                if let Some(refusal) = self.last_plan.as_ref().and_then(|plan| plan.refusal) {
                     self.status = TaskStatus::Refused { refusal };
                 }
             }
@@ -79,8 +79,7 @@ impl Navigator {
             result = Err(Refusal::NothingLeftToExplore);
         }
         let refusal = result.as_ref().err().copied();
-        if let Some(refusal) = refusal {
-            self.refusal = Some(refusal);
+        if refusal.is_some() {
             self.path.clear();
             self.waypoints.clear();
         }

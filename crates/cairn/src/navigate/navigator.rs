@@ -60,7 +60,6 @@ pub struct Navigator {
     /// Waypoint headed for while avoiding, and the least distance to it so far.
     pub(super) nearest: Option<(usize, f64)>,
     pub(super) outcome: Option<Result<(), Refusal>>,
-    pub(super) refusal: Option<Refusal>,
     pub(super) plan_wanted: bool,
     pub(super) avoiding_s: f64,
     pub(super) unsafe_command: bool,
@@ -138,7 +137,6 @@ impl Navigator {
             intermediate: None,
             nearest: None,
             outcome: None,
-            refusal: None,
             plan_wanted: false,
             avoiding_s: 0.0,
             unsafe_command: false,

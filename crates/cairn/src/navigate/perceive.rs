@@ -9,10 +9,10 @@ use crate::geometry::{Point2, Twist2};
 
 /// Slower than this in both speeds is at rest \[m/s, rad/s\].
 const AT_REST: Twist2 = Twist2::new(0.02, 0.03);
-/// What the robot perceived this tick, before it is reduced to an event.
 /// A waypoint within this bearing is faced \[rad\].
 const AHEAD_RAD: f64 = 0.6;
 
+/// What the robot perceived this tick, before it is reduced to an event.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Percept {
     pub way: Option<WayAhead>,
