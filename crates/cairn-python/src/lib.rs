@@ -5,6 +5,7 @@ use pyo3::prelude::*;
 mod avoid;
 mod convert;
 mod errors;
+mod graphs;
 mod locate;
 mod navigate;
 mod plan;
@@ -18,6 +19,7 @@ fn _brain(module: &Bound<'_, PyModule>) -> PyResult<()> {
     robot::register(module)?;
     world::register(module)?;
     plan::register(module)?;
+    graphs::register(module)?;
     track::register(module)?;
     avoid::register(module)?;
     locate::register(module)?;

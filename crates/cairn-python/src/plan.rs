@@ -1,12 +1,11 @@
 use std::sync::Arc;
 
 use cairn::geometry::Point2;
-use cairn::plan::{self, Cost, Engine, Graph, LayeredOptions, PlanError, PlanOptions, Steps, Values};
+use cairn::plan::{self, PlanError, PlanOptions, Steps, Values};
 use cairn::world::{Cell, Grid, GridGeometry};
 use numpy::ndarray::ArrayView2;
-use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 
 use crate::convert::{Triple, grid_of, points, pose_of};
 use crate::errors::to_python;
@@ -100,8 +99,6 @@ fn cell_inside((row, col): (i64, i64), rows: usize, cols: usize) -> Option<Cell>
 /// (resolution [m], (x, y, yaw)) of a grid in the world.
 type Place = (f64, Triple);
 
-const CELLS: Place = (1.0, (0.0, 0.0, 0.0));
-
 fn laid<T: Element + Copy>(cells: &PyReadonlyArray2<'_, T>, (resolution_m, origin): Place) -> Grid<T> {
     grid_of(cells, resolution_m, pose_of(origin))
 }
@@ -190,185 +187,10 @@ fn goal_cells(
     points.into_iter().map(cell).collect()
 }
 
-/// Costs of links, in the number type they came in.
-#[derive(FromPyObject)]
-enum LinkCosts<'py> {
-    I64(PyReadonlyArray1<'py, i64>),
-    U64(PyReadonlyArray1<'py, u64>),
-    F32(PyReadonlyArray1<'py, f32>),
-    F64(PyReadonlyArray1<'py, f64>),
-}
-
-/// A graph in the number type it is planned in.
-enum AnyGraph {
-    U64(Graph<u64>),
-    F32(Graph<f32>),
-    F64(Graph<f64>),
-}
-
-fn graph_of(
-    indptr: PyReadonlyArray1<'_, i64>,
-    indices: PyReadonlyArray1<'_, i64>,
-    costs: LinkCosts<'_>,
-) -> PyResult<AnyGraph> {
-    let (indptr, indices) = (indptr.as_slice()?, indices.as_slice()?);
-    let graph = match &costs {
-        LinkCosts::I64(costs) => {
-            Graph::from_signed_csr(indptr, indices, costs.as_slice()?).map(AnyGraph::U64)
-        }
-        LinkCosts::U64(costs) => Graph::from_csr(indptr, indices, costs.as_slice()?).map(AnyGraph::U64),
-        LinkCosts::F32(costs) => Graph::from_csr(indptr, indices, costs.as_slice()?).map(AnyGraph::F32),
-        LinkCosts::F64(costs) => Graph::from_csr(indptr, indices, costs.as_slice()?).map(AnyGraph::F64),
-    };
-    graph.map_err(|e| to_python(&e))
-}
-
-fn nodes_of(goals: Vec<i64>, nodes: usize) -> PyResult<Vec<usize>> {
-    let node = |node| usize::try_from(node).map_err(|_| to_python(&PlanError::GoalNotANode { node, nodes }));
-    goals.into_iter().map(node).collect()
-}
-
-fn pointers<'py>(py: Python<'py>, next: &[Option<u32>]) -> Bound<'py, PyArray1<i64>> {
-    next.iter().map(|next| next.map_or(-1, i64::from)).collect::<Vec<_>>().into_pyarray(py)
-}
-
-/// (cost-to-go in the type it was planned in, next node or -1) of every node, by Dijkstra's algorithm.
-#[pyfunction]
-fn plan_graph<'py>(
-    py: Python<'py>,
-    indptr: PyReadonlyArray1<'py, i64>,
-    indices: PyReadonlyArray1<'py, i64>,
-    costs: LinkCosts<'py>,
-    goals: Vec<i64>,
-) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyArray1<i64>>)> {
-    fn planned<'py, C: Cost + Element>(
-        py: Python<'py>,
-        graph: &Graph<C>,
-        goals: Vec<i64>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyArray1<i64>>)> {
-        let goals = nodes_of(goals, graph.nodes())?;
-        let field = py.detach(|| plan::plan_graph(graph, &goals)).map_err(|e| to_python(&e))?;
-        let next = pointers(py, &field.next);
-        Ok((field.cost_to_go.into_pyarray(py).into_any(), next))
-    }
-    match &graph_of(indptr, indices, costs)? {
-        AnyGraph::U64(graph) => planned(py, graph, goals),
-        AnyGraph::F32(graph) => planned(py, graph, goals),
-        AnyGraph::F64(graph) => planned(py, graph, goals),
-    }
-}
-
-/// The layered planner of the paper; the fields of `cairn.planning.LayeredResult` by name.
-#[pyfunction]
-#[allow(clippy::too_many_arguments)]
-fn plan_layered<'py>(
-    py: Python<'py>,
-    indptr: PyReadonlyArray1<'py, i64>,
-    indices: PyReadonlyArray1<'py, i64>,
-    costs: LinkCosts<'py>,
-    goals: Vec<i64>,
-    engine: &str,
-    max_levels: Option<usize>,
-    early_stop: bool,
-    record_sequence: bool,
-    record_walks: bool,
-) -> PyResult<Bound<'py, PyDict>> {
-    let engine = match engine {
-        "classical" => Engine::Classical,
-        "phased" => Engine::Phased,
-        "levelled" => Engine::Levelled,
-        _ => Engine::InPlace, // the body has checked the name
-    };
-    let options = LayeredOptions { engine, max_levels, early_stop, record_sequence, record_walks };
-    match &graph_of(indptr, indices, costs)? {
-        AnyGraph::U64(graph) => layered(py, graph, goals, &options),
-        AnyGraph::F32(graph) => layered(py, graph, goals, &options),
-        AnyGraph::F64(graph) => layered(py, graph, goals, &options),
-    }
-}
-
-fn layered<'py, C: Cost + Element>(
-    py: Python<'py>,
-    graph: &Graph<C>,
-    goals: Vec<i64>,
-    options: &LayeredOptions,
-) -> PyResult<Bound<'py, PyDict>> {
-    let goals = nodes_of(goals, graph.nodes())?;
-    let plan = py.detach(|| plan::plan_layered(graph, &goals, options)).map_err(|e| to_python(&e))?;
-    let result = PyDict::new(py);
-    result.set_item("next_node", pointers(py, &plan.field.next))?;
-    result.set_item("native", plan.field.cost_to_go.into_pyarray(py))?;
-    result.set_item("layer", pointers(py, &plan.layer))?;
-    result.set_item("layers", plan.layers)?;
-    result.set_item("widest_layer", plan.widest_layer)?;
-    result.set_item("greatest_rise", plan.greatest_rise)?;
-    result.set_item("levels", plan.levels)?;
-    result.set_item("max_levels", plan.max_levels)?;
-    result.set_item("converged", plan.converged)?;
-    result.set_item("operations", plan.operations)?;
-    result.set_item("operations_worst_case", plan.operations_worst_case)?;
-    result.set_item("operations_equation_4", plan.equation_4)?;
-    result.set_item("operations_worst_case_equation_4", plan.equation_4_worst_case)?;
-    let sequence = plan.sequence.map(|operations| {
-        let triple = |op: &plan::layered::Operation| (op.level, op.layer, op.next_layer);
-        operations.iter().map(triple).collect::<Vec<_>>()
-    });
-    result.set_item("sequence", sequence)?;
-    let walks = plan.walks.map(|levels| PyArray2::from_vec2(py, &levels)).transpose();
-    result.set_item("walks", walks.map_err(|e| pyo3::exceptions::PyValueError::new_err(e.to_string()))?)?;
-    Ok(result)
-}
-
-type Csr<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<i64>>, Bound<'py, PyAny>);
-
-fn csr<'py, C: Cost + Element>(py: Python<'py>, graph: Result<Graph<C>, PlanError>) -> PyResult<Csr<'py>> {
-    let (indptr, indices, costs) = graph.map_err(|e| to_python(&e))?.to_csr();
-    Ok((indptr.into_pyarray(py), indices.into_pyarray(py), costs.into_pyarray(py).into_any()))
-}
-
-/// The links of a bool grid as CSR arrays.
-#[pyfunction]
-fn graph_of_free<'py>(
-    py: Python<'py>,
-    free: PyReadonlyArray2<'py, bool>,
-    corner_cutting: bool,
-    paper_steps: bool,
-) -> PyResult<Csr<'py>> {
-    let (grid, options) = (laid(&free, CELLS), options_of(corner_cutting, paper_steps, None));
-    csr(py, py.detach(|| plan::graph_of_free(&grid, &options)))
-}
-
-/// The links of a float32 cost grid as CSR arrays.
-#[pyfunction]
-fn graph_of_costs_f32<'py>(
-    py: Python<'py>,
-    costs: PyReadonlyArray2<'py, f32>,
-    corner_cutting: bool,
-) -> PyResult<Csr<'py>> {
-    let (grid, options) = (laid(&costs, CELLS), options_of(corner_cutting, false, None));
-    csr(py, py.detach(|| plan::graph_of_costs_f32(&grid, &options)))
-}
-
-/// The links of a float64 cost grid as CSR arrays.
-#[pyfunction]
-fn graph_of_costs_f64<'py>(
-    py: Python<'py>,
-    costs: PyReadonlyArray2<'py, f64>,
-    corner_cutting: bool,
-) -> PyResult<Csr<'py>> {
-    let (grid, options) = (laid(&costs, CELLS), options_of(corner_cutting, false, None));
-    csr(py, py.detach(|| plan::graph_of_costs_f64(&grid, &options)))
-}
-
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<GridField>()?;
     module.add_function(wrap_pyfunction!(plan_free, module)?)?;
     module.add_function(wrap_pyfunction!(plan_costs_f32, module)?)?;
     module.add_function(wrap_pyfunction!(plan_costs_f64, module)?)?;
-    module.add_function(wrap_pyfunction!(goal_cells, module)?)?;
-    module.add_function(wrap_pyfunction!(plan_graph, module)?)?;
-    module.add_function(wrap_pyfunction!(plan_layered, module)?)?;
-    module.add_function(wrap_pyfunction!(graph_of_free, module)?)?;
-    module.add_function(wrap_pyfunction!(graph_of_costs_f32, module)?)?;
-    module.add_function(wrap_pyfunction!(graph_of_costs_f64, module)?)
+    module.add_function(wrap_pyfunction!(goal_cells, module)?)
 }
