@@ -14,14 +14,15 @@ import numpy as np
 import numpy.typing as npt
 
 from cairn import _brain, errors
-from cairn.planning import (
-    Precision,
-    Steps,
+from cairn.arguments import (
     checked_choice,
+    checked_flag,
+    double_precision,
     single_precision,
     two_dimensional,
     whole_number,
 )
+from cairn.planning import Precision, Steps
 
 Engine = Literal["classical", "phased", "levelled", "in_place"]
 Csr = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[Any]]
@@ -187,7 +188,7 @@ def plan_layered(
         CairnError: whatever `plan_graph` refuses.
     """
     checked_choice("engine", engine, ("classical", "phased", "levelled", "in_place"))
-    most = None if max_levels is None else max(int(max_levels), 0)
+    most = None if max_levels is None else max(whole_number(max_levels), 0)
     found = _brain.plan_layered(
         *_checked(indptr, indices, costs),
         _nodes(goal),
@@ -217,13 +218,14 @@ def grid_graph(
     """
     checked_choice("precision", precision, (None, "f32", "f64"))
     checked_choice("steps", steps, ("985/1393", "100/141"))
-    grid = two_dimensional(np.asarray(costs))
+    corner_cutting = checked_flag("corner_cutting", corner_cutting)
+    grid = two_dimensional(costs)
     if grid.dtype == bool and precision is None:
         indptr, indices, links = _brain.graph_of_free(grid, corner_cutting, steps == "100/141")
         return indptr, indices, links.astype(np.int64)
     values = np.where(grid, 1.0, np.inf) if grid.dtype == bool else grid
     if precision == "f64":
-        return _brain.graph_of_costs_f64(values.astype(np.float64), corner_cutting)
+        return _brain.graph_of_costs_f64(double_precision(values), corner_cutting)
     return _brain.graph_of_costs_f32(single_precision(values), corner_cutting)
 
 
@@ -240,12 +242,12 @@ def graph_from_edges(nodes: int, edges: npt.ArrayLike, costs: npt.ArrayLike) -> 
         GraphNotPlannable: `edges` is not a (links, 2) array of integers.
         LinkCostCount: there is not one cost for every link.
     """
-    ends = np.asarray(edges)
+    ends = _array("edges", edges)
     if ends.size == 0:
         ends = ends.reshape(0, 2).astype(np.int64)
     if ends.ndim != 2 or ends.shape[1] != 2 or ends.dtype.kind not in "iu":
         raise _not_plannable("edges", ends)
-    prices = np.asarray(costs)
+    prices = _array("costs", costs)
     if prices.shape != (len(ends),):
         raise errors.LinkCostCount(
             f"{prices.size} costs for {len(ends)} links; give one cost for every link",
@@ -269,7 +271,8 @@ def graph_from_edges(nodes: int, edges: npt.ArrayLike, costs: npt.ArrayLike) -> 
 
 
 def _checked(indptr: Any, indices: Any, costs: Any) -> Csr:
-    starts, targets, prices = np.asarray(indptr), np.asarray(indices), np.asarray(costs)
+    starts, targets = _array("indptr", indptr), _array("indices", indices)
+    prices = _array("costs", costs)
     for name, array in (("indptr", starts), ("indices", targets)):
         if array.ndim != 1 or (array.size and array.dtype.kind not in "iu"):
             raise _not_plannable(name, array)
@@ -286,6 +289,14 @@ def _checked(indptr: Any, indices: Any, costs: Any) -> Csr:
     )
 
 
+def _array(name: str, values: Any) -> npt.NDArray[Any]:
+    try:
+        return np.asarray(values)
+    except (TypeError, ValueError):  # ragged, or no array at all
+        count = len(values) if hasattr(values, "__len__") else ()
+        raise _not_plannable(name, np.empty(count, object)) from None
+
+
 def _not_plannable(name: str, array: npt.NDArray[Any]) -> errors.GraphNotPlannable:
     return errors.GraphNotPlannable(
         f"{name} has shape {array.shape} and type {array.dtype}; give a one-dimensional array of "
@@ -297,7 +308,10 @@ def _not_plannable(name: str, array: npt.NDArray[Any]) -> errors.GraphNotPlannab
 
 
 def _nodes(goal: Any) -> list[int]:
-    goals = [goal] if np.ndim(goal) == 0 else list(goal)
+    try:
+        goals = [goal] if isinstance(goal, str) else list(goal)
+    except TypeError:  # one node
+        goals = [goal]
     return [whole_number(node) for node in goals]
 
 

@@ -17,10 +17,22 @@ import numpy as np
 import numpy.typing as npt
 
 from cairn import _brain, errors
+from cairn.arguments import (
+    GridCell,
+    checked_choice,
+    checked_flag,
+    checked_threads,
+    double_precision,
+    goal_cells,
+    goal_points,
+    single_precision,
+    two_dimensional,
+    whole_number,
+    world_arrays,
+)
 
 Precision = Literal["f32", "f64"]
 Steps = Literal["985/1393", "100/141"]
-GridCell = tuple[int, int]
 Point = Sequence[float]
 
 _CELLS = (1.0, (0.0, 0.0, 0.0))
@@ -168,21 +180,19 @@ def plan(
         GoalOutsideMap: a goal is not on the map (or NaN).
         GoalBlocked: a goal lies in a cell that cannot be entered.
         GoalMalformed: a goal is no pair of numbers.
+        WorldNotPlannable: `world` has no occupancy, resolution or origin.
+        WorldShapeInvalid, WorldValueOutOfRange: one of these is not usable.
         CairnError: whatever `plan_grid` refuses.
     """
     checked_choice("unknown", unknown, ("blocked", "free"))
-    points = _points(goal)
-    occupancy = np.asarray(world.occupancy)
-    costs = getattr(world, "costs", None)
+    points = goal_points(goal)
+    occupancy, costs, place = world_arrays(world)
     if costs is None:
         free = (occupancy == 0) | (occupancy == 2) if unknown == "free" else occupancy == 0
         grid: npt.NDArray[Any] = free
     else:
-        grid = np.where(occupancy == 1, np.inf, costs) if np.any(occupancy == 1) else costs
-        grid = np.asarray(grid, getattr(costs, "dtype", None))
-    x, y, yaw = (float(value) for value in world.origin)
-    place = (float(world.resolution_m), (x, y, yaw))
-    rows, cols = two_dimensional(grid).shape
+        grid = _blocked(costs, occupancy == 1)
+    rows, cols = grid.shape
     cells = _brain.goal_cells(points, rows, cols, place) if grid.size else []
     brain = _solve(grid, cells, place, corner_cutting, precision, "985/1393", threads)
     return Field(brain, place[0], points)
@@ -215,16 +225,17 @@ def plan_grid(
         The field, in cost x cells; its paths are cells.
 
     Raises:
-        GridNotPlannable: not two-dimensional, or not of a real number type.
+        GridNotPlannable: not two-dimensional, not of a real number type, ragged, or with masked
+            cells.
         GoalMalformed, CellNotWhole: a goal is no pair of whole numbers.
         EmptyGrid, NoGoal, GoalOutsideGrid, GoalBlocked, NoThreads: as named.
         CellCostNan, CellCostNegative, CellCostZero, CellCostBeyondPrecision: with row, col, value.
         LinkCostAbsorbed: costs differ so much in size that a link vanishes in the sum.
         CostToGoOverflow: a cost-to-go is larger than the precision can hold.
-        UnknownPlanOption: `precision` or `steps` is none of those above.
+        UnknownPlanOption: an option is none of what it may be.
     """
-    cells = _cells(goal)
-    brain = _solve(np.asarray(costs), cells, _CELLS, corner_cutting, precision, steps, threads)
+    cells = goal_cells(goal)
+    brain = _solve(two_dimensional(costs), cells, _CELLS, corner_cutting, precision, steps, threads)
     return Field(brain, 1.0, None)
 
 
@@ -239,95 +250,21 @@ def _solve(
 ) -> _brain.GridField:
     checked_choice("precision", precision, (None, "f32", "f64"))
     checked_choice("steps", steps, ("985/1393", "100/141"))
-    grid = two_dimensional(grid)
-    most = None if threads is None else max(int(threads), 0)
+    corner_cutting = checked_flag("corner_cutting", corner_cutting)
+    most = checked_threads(threads)
     if grid.dtype == bool and precision is None:
         return _brain.plan_free(grid, cells, place, corner_cutting, steps == "100/141", most)
     costs = np.where(grid, 1.0, np.inf) if grid.dtype == bool else grid
     if precision == "f64":
-        costs = costs.astype(np.float64)
+        costs = double_precision(costs)
         return _brain.plan_costs_f64(costs, cells, place, corner_cutting, most)
     return _brain.plan_costs_f32(single_precision(costs), cells, place, corner_cutting, most)
 
 
-def single_precision(costs: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
-    """Round to float32; what would silently become zero or infinite is refused."""
-    with np.errstate(over="ignore", under="ignore"):
-        single = costs.astype(np.float32)
-    lost = (np.isinf(single) & ~np.isinf(costs)) | ((single == 0) & (costs != 0))
-    if lost.any():
-        row, col = (int(i) for i in np.argwhere(lost)[0])
-        value = float(costs[row, col])
-        raise errors.CellCostBeyondPrecision(
-            f"the cost of cell ({row}, {col}) is {value}, beyond single precision; "
-            'ask for precision="f64"',
-            row=row,
-            col=col,
-            value=value,
-        )
-    return single
-
-
-def two_dimensional(grid: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Refuse what is no grid of bool or real numbers."""
-    if grid.ndim != 2 or grid.dtype.kind not in "biuf":
-        raise errors.GridNotPlannable(
-            f"a grid of shape {grid.shape} and type {grid.dtype}; "
-            "give a two-dimensional array of bool or real numbers",
-            shape=grid.shape,
-            dtype=str(grid.dtype),
-        )
-    return grid
-
-
-def checked_choice(option: str, value: str | None, choices: tuple[str | None, ...]) -> None:
-    """Refuse an option value that is none of its choices."""
-    if value not in choices:
-        raise errors.UnknownPlanOption(
-            f"{option}={value!r}; give one of {', '.join(map(repr, choices))}",
-            option=option,
-            value=value,
-            choices=choices,
-        )
-
-
-def whole_number(value: Any) -> int:
-    """Return `value` as an int of 64 bits; a fraction is an error, not a cell."""
-    try:
-        whole = int(value)
-        if whole == value and abs(whole) < 2**63:
-            return whole
-    except (TypeError, ValueError, OverflowError):
-        pass
-    raise errors.CellNotWhole(f"{value!r} is not a row, column or node number", value=value)
-
-
-def _several(goal: Any) -> list[Any]:
-    """One place or a sequence of places as a list of places, each with two numbers at least."""
-    try:
-        goals = list(goal)
-        if goals and np.ndim(goals[0]) == 0:
-            goals = [goals]
-        if not isinstance(goal, str) and all(len(place) >= 2 for place in goals):
-            return goals
-    except (TypeError, ValueError):
-        pass
-    raise errors.GoalMalformed(
-        f"goal {goal!r} is neither a pair of numbers nor a sequence of such", value=goal
-    )
-
-
-def _cells(goal: Any) -> list[GridCell]:
-    goals = _several(goal)
-    if any(len(place) != 2 for place in goals):
-        raise errors.GoalMalformed(f"goal {goal!r}: a cell is (row, col)", value=goal)
-    return [(whole_number(row), whole_number(col)) for row, col in goals]
-
-
-def _points(goal: Any) -> list[tuple[float, float]]:
-    try:
-        return [(float(place[0]), float(place[1])) for place in _several(goal)]
-    except (TypeError, ValueError):
-        raise errors.GoalMalformed(
-            f"goal {goal!r}: a point is (x, y) in metres", value=goal
-        ) from None
+def _blocked(costs: npt.NDArray[Any], stands: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
+    if not stands.any():
+        return costs
+    if costs.dtype == bool:
+        return costs & ~stands
+    priced = np.where(stands, np.inf, costs)
+    return priced.astype(costs.dtype) if costs.dtype.kind == "f" else priced

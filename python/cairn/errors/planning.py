@@ -104,10 +104,17 @@ class GridTooLarge(CairnError):
 
 
 class GridNotPlannable(CairnError):
-    """A grid is not two-dimensional, or not of bool or real numbers."""
+    """A grid is not two-dimensional, not of bool or real numbers, or has masked cells."""
 
     shape: tuple[int, ...]
     dtype: str
+
+
+class WorldNotPlannable(CairnError):
+    """What was given as a world lacks something that planning on it needs."""
+
+    kind: str
+    attribute: str
 
 
 class CellCostNan(CairnError):
