@@ -154,6 +154,151 @@ pub enum PlanError {
         /// Number type of the field.
         precision: &'static str,
     },
+    /// A cell size of a terrain that is not usable.
+    #[error("a cell size of {value} m; give one between {least} and {most} m")]
+    CellSizeOutOfRange {
+        /// The value given.
+        value: f64,
+        /// Least size.
+        least: f64,
+        /// Greatest size.
+        most: f64,
+    },
+    /// A parameter of a terrain model that is not usable.
+    #[error("terrain model: {key} = {value}, but it must lie between {least} and {most}")]
+    TerrainValueOutOfRange {
+        /// The parameter.
+        key: String,
+        /// Its value.
+        value: f64,
+        /// Least value.
+        least: f64,
+        /// Greatest value.
+        most: f64,
+    },
+    /// An elevation is infinite (in single precision).
+    #[error("the elevation of cell ({row}, {col}) is {value}; give metres, or NaN where there is no data")]
+    ElevationInfinite {
+        /// Row.
+        row: usize,
+        /// Column.
+        col: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// Roughness and elevation differ in shape.
+    #[error(
+        "roughness has {rows} x {cols} cells, elevation {elevation_rows} x {elevation_cols}; give the same shape"
+    )]
+    RoughnessShape {
+        /// Rows of the roughness.
+        rows: usize,
+        /// Columns of the roughness.
+        cols: usize,
+        /// Rows of the elevation.
+        elevation_rows: usize,
+        /// Columns of the elevation.
+        elevation_cols: usize,
+    },
+    /// A roughness is negative or infinite.
+    #[error("the roughness of cell ({row}, {col}) is {value}; it is >= 0 and finite, or NaN for no data")]
+    RoughnessOutOfRange {
+        /// Row.
+        row: usize,
+        /// Column.
+        col: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// There are not eight weights for every cell.
+    #[error("{weights} weights for {rows} x {cols} cells; give one for each of the 8 moves of every cell")]
+    WeightCount {
+        /// Number of weights.
+        weights: usize,
+        /// Number of rows.
+        rows: usize,
+        /// Number of columns.
+        cols: usize,
+    },
+    /// The weight of a move is not a number.
+    #[error(
+        "the weight of move {code} out of cell ({row}, {col}) is NaN; a weight is > 0, or inf for no move"
+    )]
+    WeightNan {
+        /// Row of the cell it leaves.
+        row: usize,
+        /// Column of the cell it leaves.
+        col: usize,
+        /// Code of the move.
+        code: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// The weight of a move is below zero.
+    #[error(
+        "the weight of move {code} out of cell ({row}, {col}) is {value}, negative; a weight is > 0, \
+         or inf for no move"
+    )]
+    WeightNegative {
+        /// Row of the cell it leaves.
+        row: usize,
+        /// Column of the cell it leaves.
+        col: usize,
+        /// Code of the move.
+        code: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// The weight of a move is zero, so that going round in circles could be free.
+    #[error(
+        "the weight of move {code} out of cell ({row}, {col}) is zero; a weight is > 0, or inf for no move"
+    )]
+    WeightZero {
+        /// Row of the cell it leaves.
+        row: usize,
+        /// Column of the cell it leaves.
+        col: usize,
+        /// Code of the move.
+        code: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// A path to be priced has no cell.
+    #[error("the path is empty; give at least one cell")]
+    PathEmpty,
+    /// A cell of a path is not in the grid.
+    #[error(
+        "cell {index} of the path, ({row}, {col}), is outside the grid: it has {rows} rows and {cols} columns, \
+         counted from 0"
+    )]
+    PathOutsideGrid {
+        /// Number of the cell in the path.
+        index: usize,
+        /// Its row.
+        row: i64,
+        /// Its column.
+        col: i64,
+        /// Number of rows.
+        rows: usize,
+        /// Number of columns.
+        cols: usize,
+    },
+    /// A cell of a path is no neighbour of the one before.
+    #[error(
+        "the path breaks after its cell {index}: ({next_row}, {next_col}) is no neighbour of ({row}, {col})"
+    )]
+    PathBroken {
+        /// Number of the cell in the path.
+        index: usize,
+        /// Its row.
+        row: usize,
+        /// Its column.
+        col: usize,
+        /// Row of the next cell.
+        next_row: usize,
+        /// Column of the next cell.
+        next_col: usize,
+    },
     /// Zero threads were asked for.
     #[error("threads = 0: give at least 1, or none to let the solver choose")]
     NoThreads,

@@ -8,6 +8,7 @@ mod graph;
 pub mod layered;
 mod moves;
 mod solve;
+pub mod terrain;
 
 pub use cost::Cost;
 pub use dijkstra::{GraphField, plan_graph};
@@ -17,3 +18,4 @@ pub use graph::{Graph, graph_of_costs_f32, graph_of_costs_f64, graph_of_free};
 pub use layered::{Engine, LayeredOptions, LayeredPlan, plan_layered};
 pub use moves::MOVES;
 pub use solve::{PlanOptions, Steps, plan_costs_f32, plan_costs_f64, plan_free};
+pub use terrain::{DirectionWeights, TerrainModel, plan_terrain, plan_weights_f32, plan_weights_u32};

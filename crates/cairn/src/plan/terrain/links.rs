@@ -1,0 +1,129 @@
+use std::borrow::Cow;
+
+use crate::plan::PlanError;
+use crate::plan::moves::MOVES;
+use crate::world::{Grid, GridGeometry};
+
+use super::link::{LinkCost, P3atEnergyLinks, P3atTimeLinks, ToblerLinks};
+use super::model::{TerrainModel, checked_cell_size};
+use super::surface::{allowed_moves, check_elevation, check_roughness, roughness_of};
+
+/// The links of a terrain, ready to be priced on the fly by any engine.
+///
+/// Cells that no move enters or leaves may hold NaN in `elevation` and `roughness`; `allowed` says which moves
+/// count, and only those may be priced.
+#[derive(Clone, Debug)]
+pub struct TerrainLinks<'a, M> {
+    /// Shape and cell size.
+    pub geometry: GridGeometry,
+    /// Heights \[m\], row-major.
+    pub elevation: &'a [f32],
+    /// Roughness, row-major; empty if neither the model nor its limit uses it.
+    pub roughness: Cow<'a, [f32]>,
+    /// Rougher cells are blocked.
+    pub max_roughness: f32,
+    /// Bit k: the move with code k out of the cell is allowed (it need not be, back).
+    pub allowed: Vec<u8>,
+    /// What a move costs.
+    pub model: M,
+}
+
+impl<M: LinkCost> TerrainLinks<'_, M> {
+    /// Costs of the eight moves out of a cell, by code; infinite where a move is not allowed.
+    #[inline]
+    pub fn costs_from(&self, index: usize) -> [f32; 8] {
+        let allowed = self.allowed[index];
+        std::array::from_fn(
+            |code| if allowed >> code & 1 == 1 { self.cost(index, code) } else { f32::INFINITY },
+        )
+    }
+
+    /// Whether a cell can be neither entered nor left: no data, or too rough.
+    pub fn is_blocked(&self, index: usize) -> bool {
+        let rough = self.roughness.get(index).copied().unwrap_or(0.0);
+        self.elevation[index].is_nan() || rough.is_nan() || rough > self.max_roughness
+    }
+
+    /// Cost of an allowed move.
+    #[inline]
+    pub fn cost(&self, index: usize, code: usize) -> f32 {
+        let (down, right) = MOVES[code];
+        let to = index.wrapping_add_signed(down * self.geometry.cols as isize + right);
+        let rise = self.elevation[to] - self.elevation[index];
+        let rough = |at: usize| if M::USES_ROUGHNESS { self.roughness[at] } else { 0.0 };
+        if code % 2 == 1 {
+            self.model.link::<true>(rise, rough(index), rough(to))
+        } else {
+            self.model.link::<false>(rise, rough(index), rough(to))
+        }
+    }
+}
+
+/// [`TerrainLinks`] of whichever model was asked for.
+#[derive(Clone, Debug)]
+pub enum AnyTerrainLinks<'a> {
+    /// Energy of a P3-AT.
+    P3atEnergy(TerrainLinks<'a, P3atEnergyLinks>),
+    /// Time of a P3-AT.
+    P3atTime(TerrainLinks<'a, P3atTimeLinks>),
+    /// Time on foot.
+    Tobler(TerrainLinks<'a, ToblerLinks>),
+}
+
+impl<'a> AnyTerrainLinks<'a> {
+    /// Checks elevation \[m\], roughness and model, and finds the allowed moves. Without `roughness` it is read
+    /// off the elevation ([`roughness_of`]) where the model or its limits use it. The cell size is the
+    /// resolution of `elevation`.
+    ///
+    /// # Errors
+    /// [`PlanError::CellSizeOutOfRange`], [`TerrainValueOutOfRange`](PlanError::TerrainValueOutOfRange),
+    /// [`ElevationInfinite`](PlanError::ElevationInfinite), [`RoughnessShape`](PlanError::RoughnessShape),
+    /// [`RoughnessOutOfRange`](PlanError::RoughnessOutOfRange).
+    pub fn new(
+        elevation: &'a Grid<f32>,
+        roughness: Option<&'a Grid<f32>>,
+        model: &TerrainModel,
+        corner_cutting: bool,
+    ) -> Result<Self, PlanError> {
+        let geometry = elevation.geometry;
+        let size = checked_cell_size(geometry.resolution_m)?;
+        model.check()?;
+        check_elevation(elevation)?;
+        if let Some(given) = roughness {
+            check_roughness(given, &geometry)?;
+        }
+        let limits = model.limits();
+        let priced = !matches!(model, TerrainModel::Tobler(_));
+        let roughness: Cow<'a, [f32]> = match roughness {
+            Some(given) => Cow::Borrowed(&given.values),
+            None if priced || limits.roughness < f64::INFINITY => Cow::Owned(roughness_of(elevation)?.values),
+            None => Cow::Borrowed(&[]),
+        };
+        let known = (!roughness.is_empty()).then_some(&*roughness);
+        let allowed = allowed_moves(&geometry, &elevation.values, known, &limits, corner_cutting);
+        let elevation = elevation.values.as_slice();
+        let max_roughness = limits.roughness as f32;
+        macro_rules! links {
+            ($model:expr) => {
+                TerrainLinks { geometry, elevation, roughness, max_roughness, allowed, model: $model }
+            };
+        }
+        Ok(match model {
+            TerrainModel::P3atEnergy(p) => Self::P3atEnergy(links!(P3atEnergyLinks::new(p, size))),
+            TerrainModel::P3atTime(p) => Self::P3atTime(links!(P3atTimeLinks::new(p, size))),
+            TerrainModel::Tobler(p) => Self::Tobler(links!(ToblerLinks::new(p, size))),
+        })
+    }
+}
+
+/// Runs an expression with `$links` bound to the links of whichever model it is.
+macro_rules! with_links {
+    ($any:expr, $links:ident => $body:expr) => {
+        match $any {
+            AnyTerrainLinks::P3atEnergy($links) => $body,
+            AnyTerrainLinks::P3atTime($links) => $body,
+            AnyTerrainLinks::Tobler($links) => $body,
+        }
+    };
+}
+pub(super) use with_links;
