@@ -1,6 +1,6 @@
 """Cairn plans, tracks, avoids and arrives: navigation for mobile robots that explains itself."""
 
-from cairn import errors, maps, missions, robots
+from cairn import errors, maps, missions, robots, terrain
 from cairn._brain import __version__
 from cairn.avoidance import Cvm
 from cairn.graphs import (
@@ -14,7 +14,9 @@ from cairn.graphs import (
 from cairn.navigator import Decision, Navigator
 from cairn.planning import Field, plan, plan_grid
 from cairn.profile import Profile
+from cairn.terrain import plan_terrain
 from cairn.tracking import FuzzySystem, Tracker
+from cairn.weights import plan_weights
 from cairn.world import World, costmap, distance_to_occupied
 
 __all__ = [
@@ -40,5 +42,8 @@ __all__ = [
     "plan_graph",
     "plan_grid",
     "plan_layered",
+    "plan_terrain",
+    "plan_weights",
     "robots",
+    "terrain",
 ]

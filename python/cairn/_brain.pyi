@@ -78,6 +78,64 @@ def plan_free(
 ) -> GridField:
     """Plan on a bool grid, True free, in integer steps."""
 
+def plan_terrain(
+    elevation: NDArray[np.float32],
+    roughness: NDArray[np.float32] | None,
+    cell_size_m: float,
+    model: dict[str, Any],
+    goals: list[tuple[int, int]],
+    corner_cutting: bool,
+    threads: int | None,
+) -> GridField:
+    """Plan on an elevation grid, in the unit of the model."""
+
+def terrain_path_cost(
+    elevation: NDArray[np.float32],
+    roughness: NDArray[np.float32] | None,
+    cell_size_m: float,
+    model: dict[str, Any],
+    path: list[tuple[int, int]],
+    corner_cutting: bool,
+) -> float:
+    """Cost of a way over terrain, a list of cells."""
+
+def terrain_roughness(elevation: NDArray[np.float32], cell_size_m: float) -> NDArray[np.float32]:
+    """Roughness of every cell of an elevation grid."""
+
+def terrain_moves(
+    elevation: NDArray[np.float32],
+    roughness: NDArray[np.float32] | None,
+    cell_size_m: float,
+    model: dict[str, Any],
+    corner_cutting: bool,
+) -> NDArray[np.uint8]:
+    """Bit k: the move with code k out of a cell is allowed."""
+
+def terrain_link_costs(
+    rises_m: NDArray[np.float32],
+    roughness: float,
+    cell_size_m: float,
+    model: dict[str, Any],
+    diagonal: bool,
+) -> NDArray[np.float32]:
+    """Costs of moves with these rises [m]."""
+
+def terrain_defaults(kind: str) -> dict[str, Any]:
+    """Parameters of a model with their defaults."""
+
+def terrain_check(model: dict[str, Any]) -> None:
+    """Refuse a model with unusable parameters."""
+
+def plan_weights_f32(
+    weights: NDArray[np.float32], goals: list[tuple[int, int]], threads: int | None
+) -> GridField:
+    """Plan on a grid with one float32 cost per move, (8, rows, cols)."""
+
+def plan_weights_u32(
+    weights: NDArray[np.uint32], goals: list[tuple[int, int]], threads: int | None
+) -> GridField:
+    """Plan on a grid with one uint32 cost per move, (8, rows, cols)."""
+
 def plan_costs_f32(
     costs: NDArray[np.float32],
     goals: list[tuple[int, int]],

@@ -10,6 +10,7 @@ mod locate;
 mod navigate;
 mod plan;
 mod robot;
+mod terrain;
 mod track;
 mod world;
 
@@ -19,6 +20,7 @@ fn _brain(module: &Bound<'_, PyModule>) -> PyResult<()> {
     robot::register(module)?;
     world::register(module)?;
     plan::register(module)?;
+    terrain::register(module)?;
     graphs::register(module)?;
     track::register(module)?;
     avoid::register(module)?;

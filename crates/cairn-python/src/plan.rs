@@ -103,7 +103,7 @@ fn laid<T: Element + Copy>(cells: &PyReadonlyArray2<'_, T>, (resolution_m, origi
     grid_of(cells, resolution_m, pose_of(origin))
 }
 
-fn cells_of(goals: Vec<(i64, i64)>, geometry: &GridGeometry) -> PyResult<Vec<Cell>> {
+pub fn cells_of(goals: Vec<(i64, i64)>, geometry: &GridGeometry) -> PyResult<Vec<Cell>> {
     let GridGeometry { rows, cols, .. } = *geometry;
     let cell = |(row, col)| {
         let outside = || to_python(&PlanError::GoalOutsideGrid { row, col, rows, cols });
@@ -116,7 +116,7 @@ fn options_of(corner_cutting: bool, paper_steps: bool, threads: Option<usize>) -
     PlanOptions { corner_cutting, steps: if paper_steps { Steps::Paper } else { Steps::Fine }, threads }
 }
 
-fn solved(result: Result<plan::Field, PlanError>) -> PyResult<GridField> {
+pub fn solved(result: Result<plan::Field, PlanError>) -> PyResult<GridField> {
     result.map(|field| GridField { inner: Arc::new(field) }).map_err(|e| to_python(&e))
 }
 

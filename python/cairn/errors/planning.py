@@ -166,6 +166,139 @@ class CostToGoOverflow(CairnError):
     precision: str
 
 
+# ---- terrain and weights -------------------------------------------------------------------------
+
+
+class CellSizeOutOfRange(CairnError):
+    """The cell size of a terrain is not usable."""
+
+    value: Any
+    least: float
+    most: float
+
+
+class TerrainValueOutOfRange(CairnError):
+    """A parameter of a terrain model is not usable."""
+
+    key: str
+    value: float
+    least: float
+    most: float
+
+
+class TerrainModelUnknown(CairnError):
+    """What was given as a terrain model is neither one nor the name of one."""
+
+    value: Any
+    choices: tuple[str, ...]
+
+
+class ElevationInfinite(CairnError):
+    """An elevation is infinite, in single precision."""
+
+    row: int
+    col: int
+    value: float
+
+
+class RoughnessShape(CairnError):
+    """Roughness and elevation differ in shape."""
+
+    rows: int
+    cols: int
+    elevation_rows: int
+    elevation_cols: int
+
+
+class RoughnessOutOfRange(CairnError):
+    """A roughness is negative or infinite."""
+
+    row: int
+    col: int
+    value: float
+
+
+class PathMalformed(CairnError):
+    """A path to be priced is no sequence of (row, col)."""
+
+    value: Any
+
+
+class PathWithoutCells(CairnError):
+    """A path to be priced has no cell."""
+
+
+class PathOutsideGrid(CairnError):
+    """A cell of a path is not in the grid."""
+
+    index: int
+    row: int
+    col: int
+    rows: int
+    cols: int
+
+
+class PathBroken(CairnError):
+    """A cell of a path is no neighbour of the one before."""
+
+    index: int
+    row: int
+    col: int
+    next_row: int
+    next_col: int
+
+
+class WeightsNotPlannable(CairnError):
+    """Weights of moves are not an array (8, rows, cols) of real numbers."""
+
+    shape: tuple[int, ...]
+    dtype: str
+
+
+class WeightCount(CairnError):
+    """There are not eight weights for every cell."""
+
+    weights: int
+    rows: int
+    cols: int
+
+
+class WeightNan(CairnError):
+    """The weight of a move is not a number."""
+
+    row: int
+    col: int
+    code: int
+    value: float
+
+
+class WeightNegative(CairnError):
+    """The weight of a move is below zero."""
+
+    row: int
+    col: int
+    code: int
+    value: float
+
+
+class WeightZero(CairnError):
+    """The weight of a move is zero."""
+
+    row: int
+    col: int
+    code: int
+    value: float
+
+
+class WeightBeyondPrecision(CairnError):
+    """The weight of a move does not fit float32, or uint32 for integers."""
+
+    row: int
+    col: int
+    code: int
+    value: float
+
+
 # ---- graphs --------------------------------------------------------------------------------------
 
 

@@ -265,7 +265,7 @@ pub enum PlanError {
     },
     /// A path to be priced has no cell.
     #[error("the path is empty; give at least one cell")]
-    PathEmpty,
+    PathWithoutCells,
     /// A cell of a path is not in the grid.
     #[error(
         "cell {index} of the path, ({row}, {col}), is outside the grid: it has {rows} rows and {cols} columns, \

@@ -16,6 +16,12 @@ pub(super) trait DirectedLinks<C> {
     fn cost(&self, index: usize, code: usize) -> C;
 }
 
+/// A grid without cells is no grid to plan on.
+pub(super) fn refuse_empty(geometry: &GridGeometry) -> Result<(), PlanError> {
+    let GridGeometry { rows, cols, .. } = *geometry;
+    if geometry.is_empty() { Err(PlanError::EmptyGrid { rows, cols }) } else { Ok(()) }
+}
+
 /// Row-major indices of the goals, ascending, each once; `blocked(index)` goals are refused.
 pub(super) fn checked_goals(
     geometry: &GridGeometry,

@@ -4,6 +4,7 @@ use crate::plan::PlanError;
 use crate::plan::moves::MOVES;
 use crate::world::{Grid, GridGeometry};
 
+use super::heap::refuse_empty;
 use super::link::{LinkCost, P3atEnergyLinks, P3atTimeLinks, ToblerLinks};
 use super::model::{TerrainModel, checked_cell_size};
 use super::surface::{allowed_moves, check_elevation, check_roughness, roughness_of};
@@ -70,13 +71,25 @@ pub enum AnyTerrainLinks<'a> {
     Tobler(TerrainLinks<'a, ToblerLinks>),
 }
 
+/// Runs an expression with `$links` bound to the links of whichever model it is.
+macro_rules! with_links {
+    ($any:expr, $links:ident => $body:expr) => {
+        match $any {
+            AnyTerrainLinks::P3atEnergy($links) => $body,
+            AnyTerrainLinks::P3atTime($links) => $body,
+            AnyTerrainLinks::Tobler($links) => $body,
+        }
+    };
+}
+pub(super) use with_links;
+
 impl<'a> AnyTerrainLinks<'a> {
     /// Checks elevation \[m\], roughness and model, and finds the allowed moves. Without `roughness` it is read
     /// off the elevation ([`roughness_of`]) where the model or its limits use it. The cell size is the
     /// resolution of `elevation`.
     ///
     /// # Errors
-    /// [`PlanError::CellSizeOutOfRange`], [`TerrainValueOutOfRange`](PlanError::TerrainValueOutOfRange),
+    /// [`PlanError::EmptyGrid`], [`CellSizeOutOfRange`](PlanError::CellSizeOutOfRange), [`TerrainValueOutOfRange`](PlanError::TerrainValueOutOfRange),
     /// [`ElevationInfinite`](PlanError::ElevationInfinite), [`RoughnessShape`](PlanError::RoughnessShape),
     /// [`RoughnessOutOfRange`](PlanError::RoughnessOutOfRange).
     pub fn new(
@@ -86,6 +99,7 @@ impl<'a> AnyTerrainLinks<'a> {
         corner_cutting: bool,
     ) -> Result<Self, PlanError> {
         let geometry = elevation.geometry;
+        refuse_empty(&geometry)?;
         let size = checked_cell_size(geometry.resolution_m)?;
         model.check()?;
         check_elevation(elevation)?;
@@ -116,14 +130,9 @@ impl<'a> AnyTerrainLinks<'a> {
     }
 }
 
-/// Runs an expression with `$links` bound to the links of whichever model it is.
-macro_rules! with_links {
-    ($any:expr, $links:ident => $body:expr) => {
-        match $any {
-            AnyTerrainLinks::P3atEnergy($links) => $body,
-            AnyTerrainLinks::P3atTime($links) => $body,
-            AnyTerrainLinks::Tobler($links) => $body,
-        }
-    };
+impl AnyTerrainLinks<'_> {
+    /// The allowed moves: bit k of each cell for the move with code k out of it.
+    pub fn into_allowed(self) -> Vec<u8> {
+        with_links!(self, links => links.allowed)
+    }
 }
-pub(super) use with_links;

@@ -56,7 +56,6 @@ pub fn plan_terrain(
     goals: &[Cell],
     options: &PlanOptions,
 ) -> Result<Field, PlanError> {
-    weights::refuse_empty(&elevation.geometry)?;
     let links = AnyTerrainLinks::new(elevation, roughness, model, options.corner_cutting)?;
     with_links!(&links, links => {
         let indices =

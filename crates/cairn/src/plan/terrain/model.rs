@@ -39,8 +39,8 @@ pub struct P3at {
     pub max_speed_mps: f64,
     /// σ: how roughness slows. 10: ground with bumps a tenth as high as they are long halves the speed (ours).
     pub roughness_slowdown: f64,
-    /// P: mechanical power of the drive \[W\]. Not published. 20 gives full speed up to a grade of 16 %,
-    /// 0.42 m/s at 35 %, and with the two below empties three batteries (259 Wh) in 3.7 h; the guide says 2 to 4.
+    /// P: mechanical power of the drive \[W\]. Not published; 20 (ours) gives full speed up to a grade of 16 % and
+    /// 0.42 m/s at 35 %; climbing on then empties three batteries (259 Wh) in 3.7 h, the guide says 2 to 4 h.
     pub drive_power_w: f64,
     /// η: work at the wheels over energy from the battery. Not published; 0.5 (ours).
     pub drive_efficiency: f64,

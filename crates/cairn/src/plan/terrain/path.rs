@@ -12,7 +12,7 @@ const MARGIN: usize = 2;
 /// Infinite if one of its moves is not allowed; 0 for a single cell.
 ///
 /// # Errors
-/// [`PlanError::PathEmpty`]; [`PathOutsideGrid`](PlanError::PathOutsideGrid) and
+/// [`PlanError::PathWithoutCells`]; [`PathOutsideGrid`](PlanError::PathOutsideGrid) and
 /// [`PathBroken`](PlanError::PathBroken) with the first such place; those of [`AnyTerrainLinks::new`] for the
 /// cells around the path.
 pub fn terrain_path_cost(
@@ -35,7 +35,7 @@ pub fn terrain_path_cost(
         }
     }
     if path.is_empty() {
-        return Err(PlanError::PathEmpty);
+        return Err(PlanError::PathWithoutCells);
     }
     if let Some(index) = path.iter().position(|cell| cell.row >= rows || cell.col >= cols) {
         let Cell { row, col } = path[index];

@@ -181,9 +181,8 @@ pub(super) fn allowed_moves(
     let mut allowed = vec![0_u8; elevation.len()];
     for row in 0..geometry.rows {
         let (this, next) = allowed[row * cols..].split_at_mut(cols);
-        let mut pairs =
-            Pairs { before: &before, here: &here, after: &after, bounds: &bounds, corner_cutting };
-        pairs.to_the_right(this);
+        let pairs = Pairs { before: &before, here: &here, after: &after, bounds: &bounds, corner_cutting };
+        pairs.right(this);
         if row + 1 < geometry.rows {
             pairs.down(this, &mut next[..cols]);
             pairs.diagonal::<1>(this, &mut next[..cols]);
@@ -216,7 +215,7 @@ impl Pairs<'_> {
     }
 
     /// Codes 0 and 4.
-    fn to_the_right(&mut self, row: &mut [u8]) {
+    fn right(&self, row: &mut [u8]) {
         let cols = row.len();
         let (b, h, a) = (&self.before[..cols + 2], &self.here[..cols + 2], &self.after[..cols + 2]);
         for col in 0..cols - 1 {
@@ -230,7 +229,7 @@ impl Pairs<'_> {
     }
 
     /// Codes 2 and 6.
-    fn down(&mut self, row: &mut [u8], below: &mut [u8]) {
+    fn down(&self, row: &mut [u8], below: &mut [u8]) {
         let cols = row.len();
         let (h, a) = (&self.here[..cols + 2], &self.after[..cols + 2]);
         for col in 0..cols {
@@ -244,7 +243,7 @@ impl Pairs<'_> {
     }
 
     /// Codes 1 and 5 to the right (`SIDE` 1), or 3 and 7 to the left (-1).
-    fn diagonal<const SIDE: isize>(&mut self, row: &mut [u8], below: &mut [u8]) {
+    fn diagonal<const SIDE: isize>(&self, row: &mut [u8], below: &mut [u8]) {
         let cols = row.len();
         let (h, a) = (&self.here[..cols + 2], &self.after[..cols + 2]);
         // `far` is the column of the cell below and to the side, `near` of the one above it.

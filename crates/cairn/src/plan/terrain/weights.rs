@@ -3,7 +3,7 @@ use crate::plan::moves::MOVES;
 use crate::plan::{Cost, Field, PlanError, PlanOptions};
 use crate::world::{Cell, GridGeometry};
 
-use super::heap::{DirectedLinks, checked_goals, solve};
+use super::heap::{DirectedLinks, checked_goals, refuse_empty, solve};
 
 /// The cost of every move out of every cell: eight planes, (8, rows, cols), row-major.
 ///
@@ -154,9 +154,4 @@ pub fn plan_weights_u32(
         }
         Err(error) => Err(error),
     }
-}
-
-pub(super) fn refuse_empty(geometry: &GridGeometry) -> Result<(), PlanError> {
-    let GridGeometry { rows, cols, .. } = *geometry;
-    if geometry.is_empty() { Err(PlanError::EmptyGrid { rows, cols }) } else { Ok(()) }
 }
