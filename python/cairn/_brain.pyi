@@ -66,6 +66,23 @@ class GridField:
     ) -> NDArray[np.float64] | None:
         """Return the way from a point of the world to a goal point, or None."""
 
+    def any_angle_path(
+        self,
+        start: tuple[int, int],
+        costs: NDArray[np.floating[Any]] | None,
+        corner_cutting: bool,
+    ) -> NDArray[np.int64] | None:
+        """Return the cells that the way turns at when straight wherever that is no dearer."""
+
+    def any_angle_path_in_world(
+        self,
+        start: tuple[float, float],
+        goals: list[tuple[float, float]],
+        costs: NDArray[np.floating[Any]] | None,
+        corner_cutting: bool,
+    ) -> NDArray[np.float64] | None:
+        """Return the points that the way turns at when straight wherever that is no dearer."""
+
 Place = tuple[float, tuple[float, float, float]]
 
 def plan_free(

@@ -200,6 +200,24 @@ def goal_points(goal: Any) -> list[tuple[float, float]]:
         ) from None
 
 
+def start_cell(start: Any) -> GridCell:
+    """Return a start (row, col)."""
+    try:
+        row, col = start
+    except (TypeError, ValueError):
+        raise errors.StartMalformed(f"start {start!r}: a cell is (row, col)", value=start) from None
+    return whole_number(row), whole_number(col)
+
+
+def start_point(start: Any) -> tuple[float, float]:
+    """Return a start (x, y) [m]; what follows y is left out."""
+    try:
+        x, y, *_ = start
+        return float(x), float(y)
+    except (TypeError, ValueError):
+        raise errors.StartMalformed(f"start {start!r} is no pair of numbers", value=start) from None
+
+
 def _several(goal: Any) -> list[Any]:
     """One place or a sequence of places as a list of places, each with two numbers at least."""
     try:

@@ -16,7 +16,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from cairn import _brain, errors
+from cairn import _brain
 from cairn.arguments import (
     GridCell,
     checked_choice,
@@ -26,14 +26,18 @@ from cairn.arguments import (
     goal_cells,
     goal_points,
     single_precision,
+    start_cell,
+    start_point,
     two_dimensional,
-    whole_number,
     world_arrays,
 )
 
 Precision = Literal["f32", "f64"]
 Steps = Literal["985/1393", "100/141"]
 Point = Sequence[float]
+
+Ground = tuple[npt.NDArray[np.floating[Any]] | None, bool]
+"""What a field was solved on: costs, or None where every free cell costs 1; corner cutting."""
 
 _CELLS = (1.0, (0.0, 0.0, 0.0))
 
@@ -77,7 +81,11 @@ class Field:
     """
 
     def __init__(
-        self, brain: _brain.GridField, scale: float, goal_points: list[tuple[float, float]] | None
+        self,
+        brain: _brain.GridField,
+        scale: float,
+        goal_points: list[tuple[float, float]] | None,
+        ground: Ground,
     ) -> None:
         """Wrap a solved field; `scale` turns cost x cells into the unit shown."""
         self.brain = brain
@@ -86,6 +94,7 @@ class Field:
         self.goals: list[Any] = list(brain.goals if goal_points is None else goal_points)
         self._scale = scale
         self._goal_points = goal_points
+        self._ground = ground
         self._cost_to_go: npt.NDArray[np.float64] | None = None
 
     @property
@@ -111,36 +120,42 @@ class Field:
             self._cost_to_go.flags.writeable = False
         return self._cost_to_go
 
-    def path(self, start: Point) -> npt.NDArray[Any] | None:
+    def path(self, start: Point, *, any_angle: bool = False) -> npt.NDArray[Any] | None:
         """Walk the pointers from `start` to a goal.
 
         Args:
             start: (x, y) in the world [m], anything after y ignored, for a field of `plan`;
                 (row, col) for `plan_grid`.
+            any_angle: leave out what is between two points of the path wherever the straight
+                segment passes and costs no more. A segment may enter what the path may: no blocked
+                cell, and unless corners may be cut no corner of one. It costs the integral of the
+                cost along it. What is left has a cost never above that of the path (rounding
+                aside, 1e-11 of it), and nothing is left out of it a second time.
 
         Returns:
             For `plan`: float64 (n, 2) world points [m]: `start` itself, the centres of the cells
             between, the goal point itself; no point twice. For `plan_grid`: int64 (n, 2) cells,
-            both ends included. None from anywhere that cannot reach a goal.
+            both ends included. With `any_angle`: those of them where it turns. (Where corners may
+            be cut, the centre of the first or last cell is among them if the way from `start` or
+            to the goal would clip a blocked cell without.) None from anywhere that cannot reach a
+            goal.
 
         Raises:
             StartOutsideMap: `start` is not on the map (or NaN).
             StartOutsideGrid: the cell `start` is not in the grid.
             StartMalformed, CellNotWhole: `start` is no pair of (whole) numbers.
+            UnknownPlanOption: `any_angle` is neither yes nor no.
         """
-        try:
-            first, second, *further = start
-            if self._goal_points is not None:
-                return self.brain.path_in_world((float(first), float(second)), self._goal_points)
-        except (TypeError, ValueError) as error:
-            if isinstance(error, errors.CairnError):
-                raise
-            raise errors.StartMalformed(
-                f"start {start!r} is no pair of numbers", value=start
-            ) from None
-        if further:
-            raise errors.StartMalformed(f"start {start!r}: a cell is (row, col)", value=start)
-        return self.brain.path((whole_number(first), whole_number(second)))
+        any_angle = checked_flag("any_angle", any_angle)
+        if self._goal_points is not None:
+            point = start_point(start)
+            if any_angle:
+                return self.brain.any_angle_path_in_world(point, self._goal_points, *self._ground)
+            return self.brain.path_in_world(point, self._goal_points)
+        cell = start_cell(start)
+        if any_angle:
+            return self.brain.any_angle_path(cell, *self._ground)
+        return self.brain.path(cell)
 
     def __repr__(self) -> str:
         """Shape, number type and goals."""
@@ -194,8 +209,8 @@ def plan(
         grid = _blocked(costs, occupancy == 1)
     rows, cols = grid.shape
     cells = _brain.goal_cells(points, rows, cols, place) if grid.size else []
-    brain = _solve(grid, cells, place, corner_cutting, precision, "985/1393", threads)
-    return Field(brain, place[0], points)
+    brain, ground = _solve(grid, cells, place, corner_cutting, precision, "985/1393", threads)
+    return Field(brain, place[0], points, ground)
 
 
 def plan_grid(
@@ -235,8 +250,9 @@ def plan_grid(
         UnknownPlanOption: an option is none of what it may be.
     """
     cells = goal_cells(goal)
-    brain = _solve(two_dimensional(costs), cells, _CELLS, corner_cutting, precision, steps, threads)
-    return Field(brain, 1.0, None)
+    grid = two_dimensional(costs)
+    brain, ground = _solve(grid, cells, _CELLS, corner_cutting, precision, steps, threads)
+    return Field(brain, 1.0, None, ground)
 
 
 def _solve(
@@ -247,18 +263,23 @@ def _solve(
     precision: str | None,
     steps: str,
     threads: int | None,
-) -> _brain.GridField:
+) -> tuple[_brain.GridField, Ground]:
     checked_choice("precision", precision, (None, "f32", "f64"))
     checked_choice("steps", steps, ("985/1393", "100/141"))
     corner_cutting = checked_flag("corner_cutting", corner_cutting)
     most = checked_threads(threads)
     if grid.dtype == bool and precision is None:
-        return _brain.plan_free(grid, cells, place, corner_cutting, steps == "100/141", most)
+        steps_of_paper = steps == "100/141"
+        brain = _brain.plan_free(grid, cells, place, corner_cutting, steps_of_paper, most)
+        return brain, (None, corner_cutting)
     costs = np.where(grid, 1.0, np.inf) if grid.dtype == bool else grid
     if precision == "f64":
-        costs = double_precision(costs)
-        return _brain.plan_costs_f64(costs, cells, place, corner_cutting, most)
-    return _brain.plan_costs_f32(single_precision(costs), cells, place, corner_cutting, most)
+        costs = np.ascontiguousarray(double_precision(costs))
+        brain = _brain.plan_costs_f64(costs, cells, place, corner_cutting, most)
+    else:
+        costs = np.ascontiguousarray(single_precision(costs))
+        brain = _brain.plan_costs_f32(costs, cells, place, corner_cutting, most)
+    return brain, (None if grid.dtype == bool else costs, corner_cutting)
 
 
 def _blocked(costs: npt.NDArray[Any], stands: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:

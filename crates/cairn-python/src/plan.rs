@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use cairn::geometry::Point2;
-use cairn::plan::{self, PlanError, PlanOptions, Steps, Values};
+use cairn::plan::{self, Crossed, PlanError, PlanOptions, Steps, Values};
 use cairn::world::{Cell, Grid, GridGeometry};
 use numpy::ndarray::ArrayView2;
 use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
@@ -55,12 +55,9 @@ impl GridField {
 
     /// The cells from `start` to a goal, or None.
     fn path<'py>(&self, py: Python<'py>, start: (i64, i64)) -> PyResult<Option<Bound<'py, PyArray2<i64>>>> {
-        let GridGeometry { rows, cols, .. } = *self.inner.geometry();
-        let outside = || PlanError::StartOutsideGrid { row: start.0, col: start.1, rows, cols };
-        let cell = cell_inside(start, rows, cols).ok_or_else(|| to_python(&outside()))?;
-        let Some(cells) = py.detach(|| self.inner.path(cell)) else { return Ok(None) };
-        let flat: Vec<i64> = cells.iter().flat_map(|cell| [cell.row as i64, cell.col as i64]).collect();
-        Ok(Some(flat.into_pyarray(py).reshape([cells.len(), 2])?))
+        let cell = self.start_cell(start)?;
+        let cells = py.detach(|| self.inner.path(cell));
+        cells.map(|cells| cells_as_rows(py, &cells)).transpose()
     }
 
     /// The way from a point of the world to a goal point, or None.
@@ -74,9 +71,65 @@ impl GridField {
         let path = py.detach(|| self.inner.path_in_world(Point2::new(start.0, start.1), &goals));
         path.map_err(|e| to_python(&e))?.map(|path| points(py, &path)).transpose()
     }
+
+    /// The cells that the way from `start` turns at when it goes straight wherever that is no dearer.
+    fn any_angle_path<'py>(
+        &self,
+        py: Python<'py>,
+        start: (i64, i64),
+        costs: Option<CellCosts<'py>>,
+        corner_cutting: bool,
+    ) -> PyResult<Option<Bound<'py, PyArray2<i64>>>> {
+        let cell = self.start_cell(start)?;
+        let crossed = crossed(costs.as_ref())?;
+        let cells = py.detach(|| self.inner.any_angle_path(cell, crossed, corner_cutting));
+        cells.map(|cells| cells_as_rows(py, &cells)).transpose()
+    }
+
+    /// The points that the way turns at when it goes straight wherever that is no dearer.
+    fn any_angle_path_in_world<'py>(
+        &self,
+        py: Python<'py>,
+        start: (f64, f64),
+        goals: Vec<(f64, f64)>,
+        costs: Option<CellCosts<'py>>,
+        corner_cutting: bool,
+    ) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let goals: Vec<Point2> = goals.into_iter().map(|(x, y)| Point2::new(x, y)).collect();
+        let start = Point2::new(start.0, start.1);
+        let crossed = crossed(costs.as_ref())?;
+        let path = py.detach(|| self.inner.any_angle_path_in_world(start, &goals, crossed, corner_cutting));
+        path.map_err(|e| to_python(&e))?.map(|path| points(py, &path)).transpose()
+    }
+}
+
+/// What a field was solved on, where it was costs.
+#[derive(FromPyObject)]
+enum CellCosts<'py> {
+    F32(PyReadonlyArray2<'py, f32>),
+    F64(PyReadonlyArray2<'py, f64>),
+}
+
+fn crossed<'a>(costs: Option<&'a CellCosts<'_>>) -> PyResult<Crossed<'a>> {
+    Ok(match costs {
+        None => Crossed::Free,
+        Some(CellCosts::F32(costs)) => Crossed::F32(costs.as_slice()?),
+        Some(CellCosts::F64(costs)) => Crossed::F64(costs.as_slice()?),
+    })
+}
+
+fn cells_as_rows<'py>(py: Python<'py>, cells: &[Cell]) -> PyResult<Bound<'py, PyArray2<i64>>> {
+    let flat: Vec<i64> = cells.iter().flat_map(|cell| [cell.row as i64, cell.col as i64]).collect();
+    flat.into_pyarray(py).reshape([cells.len(), 2])
 }
 
 impl GridField {
+    fn start_cell(&self, start: (i64, i64)) -> PyResult<Cell> {
+        let GridGeometry { rows, cols, .. } = *self.inner.geometry();
+        let outside = || PlanError::StartOutsideGrid { row: start.0, col: start.1, rows, cols };
+        cell_inside(start, rows, cols).ok_or_else(|| to_python(&outside()))
+    }
+
     #[allow(unsafe_code)]
     fn lend<'py, T: Element>(&self, owner: &Bound<'py, Self>, values: &[T]) -> Bound<'py, PyArray2<T>> {
         let geometry = self.inner.geometry();

@@ -28,6 +28,9 @@ def plan(
     robot: Annotated[
         str | None, typer.Option(help="Keep this robot's outline clear of things, such as p3at.")
     ] = None,
+    any_angle: Annotated[
+        bool, typer.Option("--any-angle", help="Go straight wherever that costs no more.")
+    ] = False,
     picture: Annotated[Path | None, typer.Option(help="Draw contours and the path.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, nothing else.")] = False,
 ) -> None:
@@ -46,7 +49,7 @@ def plan(
     field = cairn.plan(priced, goal=goal_m)
     cost_to_go = field.cost_to_go
     took = time.perf_counter() - began
-    path = None if start_m is None else field.path(start_m)
+    path = None if start_m is None else field.path(start_m, any_angle=any_angle)
     if out is not None:
         np.save(out, cost_to_go)
     if picture is not None:

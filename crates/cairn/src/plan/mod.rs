@@ -1,5 +1,6 @@
 //! Exact cost-to-go and policy: the paper's layered engines [Maalouf06 §3] and the production solver.
 
+mod any_angle;
 mod cost;
 mod dijkstra;
 mod error;
@@ -7,9 +8,11 @@ mod field;
 mod graph;
 pub mod layered;
 mod moves;
+mod sight;
 mod solve;
 pub mod terrain;
 
+pub use any_angle::{Crossed, shortened};
 pub use cost::Cost;
 pub use dijkstra::{GraphField, plan_graph};
 pub use error::PlanError;
@@ -17,5 +20,6 @@ pub use field::{Field, Values};
 pub use graph::{Graph, graph_of_costs_f32, graph_of_costs_f64, graph_of_free};
 pub use layered::{Engine, LayeredOptions, LayeredPlan, plan_layered};
 pub use moves::MOVES;
+pub use sight::{Ground, Sight, Toll, Vertex};
 pub use solve::{PlanOptions, Steps, plan_costs_f32, plan_costs_f64, plan_free};
 pub use terrain::{DirectionWeights, TerrainModel, plan_terrain, plan_weights_f32, plan_weights_u32};
