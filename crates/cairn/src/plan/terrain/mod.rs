@@ -6,6 +6,7 @@ mod link;
 mod links;
 mod model;
 mod path;
+mod rows;
 mod surface;
 mod weights;
 
@@ -20,6 +21,7 @@ pub use link::{LinkCost, P3atEnergyLinks, P3atTimeLinks, ToblerLinks};
 pub use links::{AnyTerrainLinks, TerrainLinks};
 pub use model::{P3at, TerrainModel, Tobler};
 pub use path::terrain_path_cost;
+pub use rows::DirectedRows;
 pub use surface::roughness_of;
 pub use weights::{DirectionWeights, plan_weights_f32, plan_weights_u32};
 

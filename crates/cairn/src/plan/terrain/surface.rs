@@ -179,10 +179,11 @@ pub(super) fn allowed_moves(
     read(Some(0), &mut here);
     read(Some(1), &mut after);
     let mut allowed = vec![0_u8; elevation.len()];
+    let mut backs = vec![0_u8; cols];
     for row in 0..geometry.rows {
         let (this, next) = allowed[row * cols..].split_at_mut(cols);
         let pairs = Pairs { before: &before, here: &here, after: &after, bounds: &bounds, corner_cutting };
-        pairs.right(this);
+        pairs.right(this, &mut backs);
         if row + 1 < geometry.rows {
             pairs.down(this, &mut next[..cols]);
             pairs.diagonal::<1>(this, &mut next[..cols]);
@@ -215,16 +216,21 @@ impl Pairs<'_> {
     }
 
     /// Codes 0 and 4.
-    fn right(&self, row: &mut [u8]) {
+    fn right(&self, row: &mut [u8], backs: &mut [u8]) {
         let cols = row.len();
         let (b, h, a) = (&self.before[..cols + 2], &self.here[..cols + 2], &self.after[..cols + 2]);
-        for col in 0..cols - 1 {
+        let backs = &mut backs[..cols];
+        for col in 0..cols {
             let (n, m) = (h[col + 1], h[col + 2]);
             let (left, right) = ((a[col + 1] + a[col + 2]) * 0.5, (b[col + 1] + b[col + 2]) * 0.5);
             let fits = upright(left, right, (n + m) * 0.5, self.bounds.across[0]);
             let (there, back) = self.bits::<0>(m - n, fits, 0);
             row[col] |= there;
-            row[col + 1] |= back;
+            backs[col] = back;
+        }
+        // Apart from the loop above, so that none of its steps waits for the one before.
+        for (cell, back) in row[1..].iter_mut().zip(&*backs) {
+            *cell |= back;
         }
     }
 
