@@ -256,6 +256,14 @@ def test_any_angle_is_yes_or_no(flag):
         field.path((2, 2), any_angle=flag)
 
 
+def test_a_field_of_costs_per_move_has_no_price_at_any_angle_and_says_so():
+    model = cairn.terrain.Tobler()
+    field = cairn.plan_terrain(np.zeros((4, 5)), 1.0, (0, 0), model)
+    assert len(field.path((3, 4))) == 5
+    with pytest.raises(cairn.errors.AnyAngleNotPriced):
+        field.path((3, 4), any_angle=True)
+
+
 def test_the_plan_command_shortens_the_path_when_asked(command):
     world = cairn.maps.load("office")
     asked = ("plan", "office", "--goal", next(iter(world.goals)), "--start", "1.4,16.8", "--json")

@@ -16,7 +16,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from cairn import _brain
+from cairn import _brain, errors
 from cairn.arguments import (
     GridCell,
     checked_choice,
@@ -85,7 +85,7 @@ class Field:
         brain: _brain.GridField,
         scale: float,
         goal_points: list[tuple[float, float]] | None,
-        ground: Ground,
+        ground: Ground | None = None,
     ) -> None:
         """Wrap a solved field; `scale` turns cost x cells into the unit shown."""
         self.brain = brain
@@ -145,16 +145,25 @@ class Field:
             StartOutsideGrid: the cell `start` is not in the grid.
             StartMalformed, CellNotWhole: `start` is no pair of (whole) numbers.
             UnknownPlanOption: `any_angle` is neither yes nor no.
+            AnyAngleNotPriced: the field was not solved on costs of cells (`plan_terrain`,
+                `plan_weights`), so that only its own moves have a cost.
         """
-        any_angle = checked_flag("any_angle", any_angle)
+        ground = None
+        if checked_flag("any_angle", any_angle):
+            ground = self._ground
+            if ground is None:
+                raise errors.AnyAngleNotPriced(
+                    "this field prices moves between cells, not the ground between them: it has "
+                    "no cost for a segment at any angle; take the path without any_angle"
+                )
         if self._goal_points is not None:
             point = start_point(start)
-            if any_angle:
-                return self.brain.any_angle_path_in_world(point, self._goal_points, *self._ground)
+            if ground is not None:
+                return self.brain.any_angle_path_in_world(point, self._goal_points, *ground)
             return self.brain.path_in_world(point, self._goal_points)
         cell = start_cell(start)
-        if any_angle:
-            return self.brain.any_angle_path(cell, *self._ground)
+        if ground is not None:
+            return self.brain.any_angle_path(cell, *ground)
         return self.brain.path(cell)
 
     def __repr__(self) -> str:

@@ -82,6 +82,10 @@ class UnknownPlanOption(CairnError):
     choices: tuple[Any, ...]
 
 
+class AnyAngleNotPriced(CairnError):
+    """A field of costs per move has no cost for a segment at any other angle."""
+
+
 class NoThreads(CairnError):
     """Zero threads were asked for."""
 
