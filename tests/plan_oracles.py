@@ -79,6 +79,25 @@ def textbook_cost_to_go(case: Case, number) -> np.ndarray:
     return np.array([float(best.get(node, np.inf)) for node in range(case.nodes)])
 
 
+def textbook_pointers(case: Case) -> list[int]:
+    """Pointers of Dijkstra with nodes settled by (cost, number), changed by what is better only."""
+    into = [[] for _ in range(case.nodes)]
+    for tail, head, cost in zip(case.tails, case.heads, case.costs, strict=True):
+        into[head].append((int(tail), cost))
+    best, pointer = dict.fromkeys(case.goals, 0), [-1] * case.nodes
+    heap = [(0, goal) for goal in case.goals]
+    heapq.heapify(heap)
+    while heap:
+        value, node = heapq.heappop(heap)
+        if value > best[node]:
+            continue
+        for tail, cost in into[node]:
+            if value + cost < best.get(tail, np.inf):
+                best[tail], pointer[tail] = value + cost, node
+                heapq.heappush(heap, (value + cost, tail))
+    return pointer
+
+
 def random_graph(rng: np.random.Generator, kind: str, most_nodes: int = 10) -> Case:
     """One-way links, asymmetric costs, ties, parallel links, cut-off nodes, one to three goals."""
     nodes = int(rng.integers(1, most_nodes + 1))

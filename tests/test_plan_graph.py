@@ -11,6 +11,7 @@ from plan_oracles import (
     random_graph,
     scipy_cost_to_go,
     textbook_cost_to_go,
+    textbook_pointers,
     two_way_graph,
 )
 
@@ -55,6 +56,26 @@ def test_plan_graph_equals_dijkstra_and_its_pointers_walk_the_field(answered):
     _, values, next_node = planned(cases, lambda case: cairn.plan_graph(*case.csr, case.goals))
     np.testing.assert_array_equal(values, truth)
     check_pointers(whole, values, next_node)
+
+
+def test_plan_graph_gives_the_same_bits_and_pointers_for_every_number_of_threads(answered):
+    cases, _, _ = answered
+    large = joined([case for case in cases for _ in range(4)])  # large enough for threads
+    alone = cairn.plan_graph(*large.csr, large.goals)
+    for threads in (2, 3, 7):
+        several = cairn.plan_graph(*large.csr, large.goals, threads=threads)
+        np.testing.assert_array_equal(several.native, alone.native)
+        np.testing.assert_array_equal(several.next_node, alone.next_node)
+
+
+@pytest.mark.parametrize("cheapest", [0, 1])
+def test_among_equally_good_next_nodes_the_one_settled_first_stays(cheapest):
+    rng = np.random.default_rng(11)
+    for _ in range(300):
+        case = random_graph(rng, "ties", most_nodes=30)
+        case.costs = np.maximum(case.costs, cheapest)
+        field = cairn.plan_graph(*case.csr, case.goals)
+        assert field.next_node.tolist() == textbook_pointers(case)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -374,6 +395,8 @@ def test_bad_options_starts_and_edges_are_refused_by_name():
         cairn.plan_layered(*GOOD, 0, max_levels=0)
     with pytest.raises(cairn.errors.UnknownPlanOption, match="'quick'"):
         cairn.plan_layered(*GOOD, 0, engine="quick")
+    with pytest.raises(cairn.errors.NoThreads):
+        cairn.plan_graph(*GOOD, 0, threads=0)
     with pytest.raises(cairn.errors.StartNotANode):
         cairn.plan_graph(*GOOD, 0).path(2)
     with pytest.raises(cairn.errors.NodeOutOfRange):

@@ -17,6 +17,7 @@ from cairn import _brain, errors
 from cairn.arguments import (
     checked_choice,
     checked_flag,
+    checked_threads,
     double_precision,
     single_precision,
     two_dimensional,
@@ -134,16 +135,21 @@ def plan_graph(
     indices: npt.ArrayLike,
     costs: npt.ArrayLike,
     goal: int | Sequence[int],
+    *,
+    threads: int | None = None,
 ) -> GraphField:
-    """Plan from every node of a directed graph to `goal`, by Dijkstra's algorithm.
+    """Plan from every node of a directed graph to `goal`; costs and pointers are Dijkstra's.
 
     Args:
         indptr: (nodes + 1,) integers, from 0 to the number of links, never falling.
         indices: (links,) integers: the node each link leads to.
         costs: (links,) integers or floats >= 0; inf is no link.
         goal: a node, or a sequence of them.
+        threads: most threads to use; None: one. The result does not depend on it, not by a bit.
 
     Raises:
+        NoThreads: `threads` is zero.
+        UnknownPlanOption: `threads` is no whole number, or less than zero.
         IndptrEnds, IndptrFalls, LinkCostCount, NodeOutOfRange, GraphTooLarge: bad arrays.
         GraphNotPlannable: not one-dimensional, or not of integers (costs: real numbers).
         LinkCostNan, LinkCostNegative: with the link, its two nodes and the value.
@@ -154,7 +160,8 @@ def plan_graph(
     if arrays[2].dtype == np.float32:
         arrays = (*arrays[:2], arrays[2].astype(np.float64))
     goals = _nodes(goal)
-    return GraphField(*_brain.plan_graph(*arrays, goals), goals)
+    most = checked_threads(threads)
+    return GraphField(*_brain.plan_graph(*arrays, goals, most), goals)
 
 
 def plan_layered(

@@ -1,7 +1,7 @@
 //! Planning on graphs, and the paper's layered planner.
 
 use cairn::geometry::Pose2;
-use cairn::plan::{self, Cost, Engine, Graph, LayeredOptions, PlanError, PlanOptions, Steps};
+use cairn::plan::{self, Cost, Engine, Graph, GraphCost, LayeredOptions, PlanError, PlanOptions, Steps};
 use cairn::world::Grid;
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -52,7 +52,7 @@ fn pointers<'py>(py: Python<'py>, next: &[Option<u32>]) -> Bound<'py, PyArray1<i
     next.iter().map(|next| next.map_or(-1, i64::from)).collect::<Vec<_>>().into_pyarray(py)
 }
 
-/// (cost-to-go in the type it was planned in, next node or -1) of every node, by Dijkstra's algorithm.
+/// (cost-to-go in the type it was planned in, next node or -1) of every node.
 #[pyfunction]
 fn plan_graph<'py>(
     py: Python<'py>,
@@ -60,21 +60,23 @@ fn plan_graph<'py>(
     indices: PyReadonlyArray1<'py, i64>,
     costs: LinkCosts<'py>,
     goals: Vec<i64>,
+    threads: Option<usize>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyArray1<i64>>)> {
-    fn planned<'py, C: Cost + Element>(
+    fn planned<'py, C: GraphCost + Element>(
         py: Python<'py>,
         graph: &Graph<C>,
         goals: Vec<i64>,
+        threads: Option<usize>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyArray1<i64>>)> {
         let goals = nodes_of(goals, graph.nodes())?;
-        let field = py.detach(|| plan::plan_graph(graph, &goals)).map_err(|e| to_python(&e))?;
+        let field = py.detach(|| plan::plan_graph(graph, &goals, threads)).map_err(|e| to_python(&e))?;
         let next = pointers(py, &field.next);
         Ok((field.cost_to_go.into_pyarray(py).into_any(), next))
     }
     match &graph_of(indptr, indices, costs)? {
-        AnyGraph::U64(graph) => planned(py, graph, goals),
-        AnyGraph::F32(graph) => planned(py, graph, goals),
-        AnyGraph::F64(graph) => planned(py, graph, goals),
+        AnyGraph::U64(graph) => planned(py, graph, goals, threads),
+        AnyGraph::F32(graph) => planned(py, graph, goals, threads),
+        AnyGraph::F64(graph) => planned(py, graph, goals, threads),
     }
 }
 

@@ -2,8 +2,8 @@
 
 use cairn::geometry::Pose2;
 use cairn::plan::{
-    Cost, Engine, Graph, LayeredOptions, PlanError, PlanOptions, Steps, Values, graph_of_costs_f32,
-    graph_of_free, plan_costs_f32, plan_free, plan_graph, plan_layered,
+    Cost, Engine, Graph, GraphCost, LayeredOptions, PlanError, PlanOptions, Steps, Values,
+    graph_of_costs_f32, graph_of_free, plan_costs_f32, plan_free, plan_graph, plan_layered,
 };
 use cairn::world::{Cell, Grid, GridGeometry};
 use proptest::prelude::*;
@@ -24,10 +24,14 @@ fn bellman_ford<C: Cost>(nodes: usize, edges: &[(usize, usize, C)], goals: &[usi
     values
 }
 
-fn check<C: Cost>(nodes: usize, edges: &[(usize, usize, C)], goals: &[usize]) -> Result<(), TestCaseError> {
+fn check<C: GraphCost>(
+    nodes: usize,
+    edges: &[(usize, usize, C)],
+    goals: &[usize],
+) -> Result<(), TestCaseError> {
     let truth = bellman_ford(nodes, edges, goals);
     let graph = Graph::from_edges(nodes, edges).unwrap();
-    let solver = plan_graph(&graph, goals).unwrap();
+    let solver = plan_graph(&graph, goals, None).unwrap();
     prop_assert_eq!(&solver.cost_to_go, &truth);
     for engine in OPTIMAL {
         let plan = plan_layered(&graph, goals, &LayeredOptions { engine, ..Default::default() }).unwrap();
@@ -77,7 +81,7 @@ proptest! {
         paper: bool,
     ) {
         let steps = if paper { Steps::Paper } else { Steps::Fine };
-        let options = PlanOptions { corner_cutting, steps, threads: None };
+        let options = PlanOptions { corner_cutting, steps, ..PlanOptions::default() };
         let Some(goal) = cells.iter().position(Option::is_some) else { return Ok(()) };
         let goals = [Cell::new(goal / cols, goal % cols)];
         let free = grid(5, cols, cells.iter().map(Option::is_some).collect());
@@ -102,7 +106,7 @@ fn integer_costs_that_might_overflow_are_refused_with_the_bound() {
     let graph = Graph::from_edges(3, &[(1, 0, u32::MAX / 2), (2, 1, 1)]).unwrap();
     let refused =
         PlanError::GraphCostOverflow { links: 3, dearest: f64::from(u32::MAX / 2), precision: "u32" };
-    assert_eq!(plan_graph(&graph, &[0]).unwrap_err(), refused);
+    assert_eq!(plan_graph(&graph, &[0], None).unwrap_err(), refused);
     assert_eq!(plan_layered(&graph, &[0], &LayeredOptions::default()).unwrap_err(), refused);
 }
 

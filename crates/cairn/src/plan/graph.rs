@@ -157,6 +157,16 @@ impl<C: Cost> Graph<C> {
         Self { starts, targets, costs, dearest: self.dearest }
     }
 
+    /// Where the links of each node begin, their targets, their costs.
+    pub(super) fn arrays(&self) -> (&[u32], &[u32], &[C]) {
+        (&self.starts, &self.targets, &self.costs)
+    }
+
+    /// The cost of the dearest link.
+    pub(super) fn dearest(&self) -> C {
+        self.dearest
+    }
+
     /// Refuses a graph on which a walk of `links` links might cost more than the type holds.
     pub(super) fn check_walks_of(&self, links: usize) -> Result<(), PlanError> {
         if self.dearest.fits(links) {

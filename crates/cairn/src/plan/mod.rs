@@ -8,13 +8,14 @@ mod field;
 mod graph;
 pub mod layered;
 mod moves;
+mod search;
 mod sight;
 mod solve;
 pub mod terrain;
 
 pub use any_angle::{Crossed, shortened};
 pub use cost::Cost;
-pub use dijkstra::{GraphField, plan_graph};
+pub use dijkstra::{GraphCost, GraphField, plan_graph};
 pub use error::PlanError;
 pub use field::{Field, Values};
 pub use graph::{Graph, graph_of_costs_f32, graph_of_costs_f64, graph_of_free};
