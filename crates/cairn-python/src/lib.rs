@@ -3,6 +3,7 @@
 use pyo3::prelude::*;
 
 mod avoid;
+mod bench;
 mod convert;
 mod errors;
 mod graphs;
@@ -21,6 +22,7 @@ fn _brain(module: &Bound<'_, PyModule>) -> PyResult<()> {
     world::register(module)?;
     plan::register(module)?;
     terrain::register(module)?;
+    bench::register(module)?;
     graphs::register(module)?;
     track::register(module)?;
     avoid::register(module)?;

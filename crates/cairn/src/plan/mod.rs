@@ -8,6 +8,7 @@ mod field;
 mod graph;
 pub mod layered;
 mod moves;
+pub mod peers;
 mod search;
 mod sight;
 mod solve;

@@ -5,6 +5,7 @@ mod distance;
 mod evidence;
 mod grid;
 mod mapping;
+mod maze;
 mod raycast;
 mod sonar_model;
 
@@ -12,5 +13,6 @@ pub use costmap::{CostLayer, CostmapConfig, UnknownCells, WorldError, costmap, c
 pub use distance::{distance_to_occupied, distance_to_surface};
 pub use grid::{Cell, Grid, GridGeometry, Occupancy, OccupancyGrid};
 pub use mapping::{MappingConfig, MappingError, OccupancyMap};
+pub use maze::perfect_maze;
 pub use raycast::raycast;
 pub use sonar_model::{SonarEcho, sonar_echo, sonar_range};

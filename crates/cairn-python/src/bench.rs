@@ -1,0 +1,270 @@
+//! Solvers to be timed against one another. Each keeps its memory from run to run, and the time is
+//! taken here, around the solver alone: no conversion, no array handed out.
+
+use std::time::Instant;
+
+use cairn::geometry::Pose2;
+use cairn::plan::peers::{Buckets, CellPrice, FreeLinks, Heap, MeanLinks, Peer, Queue};
+use cairn::plan::{self, Field, PlanError, PlanOptions, Steps, Values};
+use cairn::world::{Cell, Grid, GridGeometry, perfect_maze};
+use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::convert::grid_of;
+use crate::errors::{InputError, to_python};
+
+/// A map in one of the kinds that solvers take.
+#[derive(FromPyObject)]
+enum Map<'py> {
+    /// True where free; steps of 985 and 1393.
+    Free(PyReadonlyArray2<'py, bool>),
+    /// 1..255, 0 blocked; links of (a + b) · 985 or 1393.
+    Weights(PyReadonlyArray2<'py, u8>),
+    /// Cost per unit length, infinite blocked; links of (a + b) · ½ or √½.
+    Costs(PyReadonlyArray2<'py, f32>),
+}
+
+/// What can be run again and again on one map.
+trait Timed: Send + Sync {
+    fn run(&mut self, goals: &[Cell], options: &PlanOptions) -> Result<(), PlanError>;
+    fn field(&self) -> (Native<'_>, &[i8]);
+}
+
+/// Costs-to-go in the number type they were found in.
+enum Native<'a> {
+    U32(&'a [u32]),
+    U64(&'a [u64]),
+    F32(&'a [f32]),
+    F64(&'a [f64]),
+}
+
+/// The production solver with its memory. The one place that knows how it is called.
+struct Cairn<T> {
+    grid: Grid<T>,
+    solve: fn(&Grid<T>, &[Cell], &PlanOptions) -> Result<Field, PlanError>,
+    field: Option<Field>,
+}
+
+impl<T: Send + Sync> Timed for Cairn<T> {
+    fn run(&mut self, goals: &[Cell], options: &PlanOptions) -> Result<(), PlanError> {
+        self.field = None;
+        self.field = Some((self.solve)(&self.grid, goals, options)?);
+        Ok(())
+    }
+
+    fn field(&self) -> (Native<'_>, &[i8]) {
+        let Some(field) = &self.field else { return (Native::U32(&[]), &[]) };
+        let native = match field.native() {
+            Values::U32(values) => Native::U32(values),
+            Values::U64(values) => Native::U64(values),
+            Values::F32(values) => Native::F32(values),
+            Values::F64(values) => Native::F64(values),
+        };
+        (native, field.next_codes())
+    }
+}
+
+/// A plain planner in whole numbers, in u64 from the first time that u32 was too small.
+struct Whole<T, Q32, Q64> {
+    grid: Grid<T>,
+    padded: Vec<T>,
+    narrow: Peer<u32, Q32>,
+    broad: Option<Peer<u64, Q64>>,
+    queue: fn() -> Q64,
+}
+
+impl<T, Q32: Queue<u32>, Q64: Queue<u64>> Whole<T, Q32, Q64> {
+    fn boxed(grid: Grid<T>, narrow: Q32, queue: fn() -> Q64) -> Box<Self> {
+        Box::new(Self { grid, padded: vec![], narrow: Peer::new(narrow), broad: None, queue })
+    }
+
+    fn planned(&self) -> (Native<'_>, &[i8]) {
+        match &self.broad {
+            None => (Native::U32(self.narrow.values()), self.narrow.next_codes()),
+            Some(broad) => (Native::U64(broad.values()), broad.next_codes()),
+        }
+    }
+}
+
+impl<Q32: Queue<u32> + Send + Sync, Q64: Queue<u64> + Send + Sync> Timed for Whole<bool, Q32, Q64> {
+    fn run(&mut self, goals: &[Cell], options: &PlanOptions) -> Result<(), PlanError> {
+        let Self { grid: Grid { geometry, values }, narrow, broad, .. } = self;
+        let (straight, diagonal) = options.steps.lengths();
+        if broad.is_none() {
+            let links = &mut FreeLinks::new(values, [straight, diagonal]);
+            if narrow.plan(geometry, links, goals, options)? {
+                return Ok(());
+            }
+        }
+        let broad = broad.get_or_insert_with(|| Peer::new((self.queue)()));
+        let links = &mut FreeLinks::new(values, [u64::from(straight), u64::from(diagonal)]);
+        broad.plan(geometry, links, goals, options).map(|_| ())
+    }
+
+    fn field(&self) -> (Native<'_>, &[i8]) {
+        self.planned()
+    }
+}
+
+impl<Q32: Queue<u32> + Send + Sync, Q64: Queue<u64> + Send + Sync> Timed for Whole<u8, Q32, Q64> {
+    fn run(&mut self, goals: &[Cell], options: &PlanOptions) -> Result<(), PlanError> {
+        let Self { grid: Grid { geometry, values }, padded, narrow, broad, .. } = self;
+        if broad.is_none() && narrow.plan(geometry, &mut MeanLinks::new(values, padded), goals, options)? {
+            return Ok(());
+        }
+        let broad = broad.get_or_insert_with(|| Peer::new((self.queue)()));
+        broad.plan(geometry, &mut MeanLinks::new(values, padded), goals, options).map(|_| ())
+    }
+
+    fn field(&self) -> (Native<'_>, &[i8]) {
+        self.planned()
+    }
+}
+
+/// A plain planner in single precision.
+struct Single<Q> {
+    grid: Grid<f32>,
+    padded: Vec<f32>,
+    peer: Peer<f32, Q>,
+}
+
+impl<Q: Queue<f32> + Send + Sync> Timed for Single<Q>
+where
+    f32: CellPrice<f32>,
+{
+    fn run(&mut self, goals: &[Cell], options: &PlanOptions) -> Result<(), PlanError> {
+        let links = &mut MeanLinks::new(&self.grid.values, &mut self.padded);
+        self.peer.plan(&self.grid.geometry, links, goals, options).map(|_| ())
+    }
+
+    fn field(&self) -> (Native<'_>, &[i8]) {
+        (Native::F32(self.peer.values()), self.peer.next_codes())
+    }
+}
+
+fn grid<T: Element + Copy>(map: &PyReadonlyArray2<'_, T>) -> Grid<T> {
+    grid_of(map, 1.0, Pose2::IDENTITY)
+}
+
+fn timed(solver: &str, map: &Map<'_>) -> Option<Box<dyn Timed>> {
+    Some(match (solver, map) {
+        ("cairn", Map::Free(map)) => Box::new(Cairn { grid: grid(map), solve: plan::plan_free, field: None }),
+        ("cairn", Map::Costs(map)) => {
+            Box::new(Cairn { grid: grid(map), solve: plan::plan_costs_f32, field: None })
+        }
+        ("dial", Map::Free(map)) => Whole::boxed(grid(map), Buckets::unit_wide(), Buckets::unit_wide),
+        ("dial-wide", Map::Free(map)) => Whole::boxed(grid(map), Buckets::wide(), Buckets::wide),
+        ("heap", Map::Free(map)) => Whole::boxed(grid(map), Heap::default(), Heap::default),
+        ("dial", Map::Weights(map)) => Whole::boxed(grid(map), Buckets::wide(), Buckets::wide),
+        ("heap", Map::Weights(map)) => Whole::boxed(grid(map), Heap::default(), Heap::default),
+        ("dial", Map::Costs(map)) => {
+            Box::new(Single { grid: grid(map), padded: vec![], peer: Peer::new(Buckets::wide()) })
+        }
+        ("heap", Map::Costs(map)) => {
+            Box::new(Single { grid: grid(map), padded: vec![], peer: Peer::new(Heap::default()) })
+        }
+        _ => return None,
+    })
+}
+
+/// A solver and a map, ready to be run and timed.
+#[pyclass(module = "cairn._brain")]
+pub struct TimedSolver {
+    solver: Box<dyn Timed>,
+    goals: Vec<Cell>,
+    options: PlanOptions,
+    shape: [usize; 2],
+}
+
+#[pymethods]
+impl TimedSolver {
+    #[new]
+    fn new(
+        solver: &str,
+        map: Map<'_>,
+        goals: Vec<(usize, usize)>,
+        corner_cutting: bool,
+        threads: usize,
+    ) -> PyResult<Self> {
+        let shape = match &map {
+            Map::Free(map) => map.as_array().dim(),
+            Map::Weights(map) => map.as_array().dim(),
+            Map::Costs(map) => map.as_array().dim(),
+        };
+        let refused = || InputError::SettingsInvalid {
+            part: "benchmark".to_owned(),
+            reason: format!("no solver `{solver}` for a map of this kind"),
+        };
+        let solver = timed(solver, &map).ok_or_else(|| to_python(&refused()))?;
+        let goals = goals.into_iter().map(|(row, col)| Cell::new(row, col)).collect();
+        let options =
+            PlanOptions { corner_cutting, steps: Steps::Fine, threads: Some(threads), ..Default::default() };
+        Ok(Self { solver, goals, options, shape: [shape.0, shape.1] })
+    }
+
+    /// Solves, and returns how long it took [s].
+    fn run(&mut self, py: Python<'_>) -> PyResult<f64> {
+        let Self { solver, goals, options, .. } = self;
+        let timed = py.detach(|| {
+            let begin = Instant::now();
+            solver.run(goals, options).map(|()| begin.elapsed().as_secs_f64())
+        });
+        timed.map_err(|e| to_python(&e))
+    }
+
+    /// A copy of the costs-to-go of the last run.
+    fn native<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self.solver.field().0 {
+            Native::U32(values) => shaped(py, values, self.shape),
+            Native::U64(values) => shaped(py, values, self.shape),
+            Native::F32(values) => shaped(py, values, self.shape),
+            Native::F64(values) => shaped(py, values, self.shape),
+        }
+    }
+
+    /// A copy of the next cells' codes of the last run.
+    fn next_node<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        shaped(py, self.solver.field().1, self.shape)
+    }
+}
+
+fn shaped<'py, T: Element + Copy>(
+    py: Python<'py>,
+    values: &[T],
+    shape: [usize; 2],
+) -> PyResult<Bound<'py, PyAny>> {
+    Ok(values.to_vec().into_pyarray(py).reshape(shape)?.into_any())
+}
+
+/// How long it takes to copy this many u32, memory touched before [s].
+#[pyfunction]
+fn copy_seconds(py: Python<'_>, cells: usize) -> f64 {
+    py.detach(|| {
+        let (from, mut to) = (vec![1_u32; cells], vec![2_u32; cells]);
+        let begin = Instant::now();
+        to.copy_from_slice(std::hint::black_box(&from));
+        let took = begin.elapsed().as_secs_f64();
+        std::hint::black_box(&to);
+        took
+    })
+}
+
+/// A maze of one way between any two places, True where free; None where no room fits.
+#[pyfunction(name = "perfect_maze")]
+fn maze<'py>(
+    py: Python<'py>,
+    rows: usize,
+    cols: usize,
+    corridor: usize,
+    seed: u64,
+) -> PyResult<Option<Bound<'py, PyArray2<bool>>>> {
+    let geometry = GridGeometry { rows, cols, resolution_m: 1.0, world_from_grid: Pose2::IDENTITY };
+    let maze = py.detach(|| perfect_maze(geometry, corridor, seed));
+    maze.map(|maze| maze.values.into_pyarray(py).reshape([rows, cols])).transpose()
+}
+
+pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<TimedSolver>()?;
+    module.add_function(wrap_pyfunction!(copy_seconds, module)?)?;
+    module.add_function(wrap_pyfunction!(maze, module)?)
+}
