@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use cairn::geometry::Pose2;
 use cairn::plan::peers::{Buckets, CellPrice, FreeLinks, Heap, MeanLinks, Peer, Queue};
-use cairn::plan::{self, Field, PlanError, PlanOptions, Steps, Values};
+use cairn::plan::{self, Field, PlanError, PlanOptions, Values};
 use cairn::world::{Cell, Grid, GridGeometry, perfect_maze};
 use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -38,10 +38,12 @@ enum Native<'a> {
     F64(&'a [f64]),
 }
 
+type Solve<T> = fn(&Grid<T>, &[Cell], &PlanOptions) -> Result<Field, PlanError>;
+
 /// The production solver with its memory. The one place that knows how it is called.
 struct Cairn<T> {
     grid: Grid<T>,
-    solve: fn(&Grid<T>, &[Cell], &PlanOptions) -> Result<Field, PlanError>,
+    solve: Solve<T>,
     field: Option<Field>,
 }
 
@@ -197,8 +199,7 @@ impl TimedSolver {
         };
         let solver = timed(solver, &map).ok_or_else(|| to_python(&refused()))?;
         let goals = goals.into_iter().map(|(row, col)| Cell::new(row, col)).collect();
-        let options =
-            PlanOptions { corner_cutting, steps: Steps::Fine, threads: Some(threads), ..Default::default() };
+        let options = PlanOptions { corner_cutting, threads: Some(threads), ..PlanOptions::default() };
         Ok(Self { solver, goals, options, shape: [shape.0, shape.1] })
     }
 
