@@ -9,7 +9,7 @@ PY := .venv/bin/python
 CAIRN := .venv/bin/cairn
 PYTHON_SOURCES := python tests examples
 
-.PHONY: run test test-rust test-python test-slow lint format setup lock clean
+.PHONY: run test test-rust test-python test-slow bench lint format setup lock clean
 
 run: setup
 	$(CAIRN) run office
@@ -25,6 +25,11 @@ test-python: setup
 # Minutes: every shipped scenario with ten seeds, and the table of how each went.
 test-slow: setup
 	$(PY) -m pytest -m slow
+
+# An hour: every kind of map at 1024² and 4096², beside the planners of others. `cairn bench plan --quick`: a minute.
+bench: setup
+	@$(UV) pip install --quiet --python $(PY) --constraint constraints.txt --editable ".[sim,bench]" --group dev
+	$(CAIRN) bench plan
 
 lint: setup
 	cargo fmt --all --check

@@ -444,3 +444,36 @@ class CurvatureVelocity:
         dt_s: float,
     ) -> dict[str, Any]:
         """Return one choice as plain dicts and lists; obstacles are (n, 2)."""
+
+# ---- benchmarks ----------------------------------------------------------------------------------
+
+class TimedSolver:
+    """A solver and a map, to be run and timed again and again."""
+
+    def __new__(
+        cls,
+        solver: str,
+        map: NDArray[Any],
+        goals: list[tuple[int, int]],
+        corner_cutting: bool,
+        threads: int,
+    ) -> Self:
+        """Copy a map: bool True free, uint8 weights with 0 blocked, or float32 costs."""
+
+    def run(self) -> float:
+        """Solve; return how long it took [s]."""
+
+    def native(self) -> NDArray[Any]:
+        """Return a copy of the costs-to-go of the last run."""
+
+    def next_node(self) -> NDArray[np.int8]:
+        """Return a copy of the next cells' codes of the last run."""
+
+def copy_seconds(cells: int) -> float:
+    """Return how long it takes to copy so many uint32 [s]."""
+
+def build_info() -> dict[str, str]:
+    """Return how the brain was built and what the processor has."""
+
+def perfect_maze(rows: int, cols: int, corridor: int, seed: int) -> NDArray[np.bool_] | None:
+    """Return a maze, True free; None where no room fits."""

@@ -1,6 +1,7 @@
 //! Solvers to be timed against one another. Each keeps its memory from run to run, and the time is
 //! taken here, around the solver alone: no conversion, no array handed out.
 
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 use cairn::geometry::Pose2;
@@ -264,8 +265,38 @@ fn maze<'py>(
     maze.map(|maze| maze.values.into_pyarray(py).reshape([rows, cols])).transpose()
 }
 
+/// How the brain was built, and what the processor could do beyond that.
+#[pyfunction]
+fn build_info() -> BTreeMap<&'static str, String> {
+    let profile = if cfg!(debug_assertions) { "debug" } else { "release" };
+    let compiled = if cfg!(target_feature = "avx512f") {
+        "avx512"
+    } else if cfg!(target_feature = "avx2") {
+        "avx2"
+    } else {
+        "baseline"
+    };
+    #[cfg(target_arch = "x86_64")]
+    let found = if std::arch::is_x86_feature_detected!("avx512f") {
+        "avx512"
+    } else if std::arch::is_x86_feature_detected!("avx2") {
+        "avx2"
+    } else {
+        "baseline"
+    };
+    #[cfg(not(target_arch = "x86_64"))]
+    let found = "baseline";
+    BTreeMap::from([
+        ("profile", profile.to_owned()),
+        ("target", format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)),
+        ("compiled_for", compiled.to_owned()),
+        ("processor_has", found.to_owned()),
+    ])
+}
+
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<TimedSolver>()?;
+    module.add_function(wrap_pyfunction!(build_info, module)?)?;
     module.add_function(wrap_pyfunction!(copy_seconds, module)?)?;
     module.add_function(wrap_pyfunction!(maze, module)?)
 }

@@ -1,0 +1,185 @@
+"""`cairn bench`: how fast, beside others, on maps that anyone can draw."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from cairn.cli.root import app, console
+from cairn.missions.result import EXIT_NOT_REACHED
+from cairn.record import write_summary
+from cairn.strict_json import plain
+
+bench = typer.Typer(no_args_is_help=True, help="Measure, beside others, and compare the answers.")
+app.add_typer(bench, name="bench")
+
+RULES = {"both": (False, True), "forbidden": (False,), "allowed": (True,)}
+
+
+@bench.command("plan")
+def bench_plan(
+    size: Annotated[
+        str | None,
+        typer.Option(help="Cells a side, comma-separated; 1024,4096 and the aims at 512²."),
+    ] = None,
+    classes: Annotated[str, typer.Option(help="Kinds of map, comma-separated, or all.")] = "all",
+    repeats: Annotated[int, typer.Option(min=1, help="Rounds that count.")] = 5,
+    corner_cutting: Annotated[str, typer.Option(help="both, allowed or forbidden.")] = "both",
+    peers: Annotated[
+        str, typer.Option(help="Planners of others, comma-separated, all or none.")
+    ] = "all",
+    budget: Annotated[
+        float, typer.Option(min=0.0, help="Seconds that a contender may use for one map.")
+    ] = 10.0,
+    seed: Annotated[int, typer.Option(min=0, help="Of the maps.")] = 1,
+    memory: Annotated[bool, typer.Option(help="Measure peak memory as well.")] = True,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="512², three rounds, strict corners, a small budget.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-plan.")
+    ] = None,
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Write BENCHMARKS.md where you are.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the record, nothing else.")
+    ] = False,
+) -> None:
+    """Plan on every kind of map, beside Dial, scipy and others. Code 3 if answers differ."""
+    from cairn.experiments import bench_plan as measuring
+    from cairn.experiments.bench_report import markdown as written
+    from cairn.experiments.contenders import PEERS
+    from cairn.experiments.grids import CLASSES
+
+    if corner_cutting not in RULES:
+        _refuse("--corner-cutting", corner_cutting, RULES)
+    if quick:
+        size, repeats, budget = size or "512", min(repeats, 3), min(budget, 2.0)
+        corner_cutting = "forbidden" if corner_cutting == "both" else corner_cutting
+    settings = measuring.Settings(
+        measuring.cases_of(
+            _sizes(size, measuring.FULL_SIZES),
+            _names("--classes", classes, CLASSES),
+            RULES[corner_cutting],
+            small=size is None,
+        ),
+        repeats=repeats,
+        peers=_names("--peers", peers, PEERS),
+        budget_s=budget,
+        seed=seed,
+        memory=memory,
+    )
+    record = _measure(settings, quiet=as_json)
+    folder = out or Path("runs/bench-plan")
+    files = [write_summary(record, folder)]
+    if markdown:
+        path = Path("BENCHMARKS.md")
+        path.write_text(written(record, _command()), encoding="utf-8")
+        files.append(path)
+    if as_json:
+        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+    else:
+        _print(record, files)
+    raise typer.Exit(0 if record["summary"]["agree"] else EXIT_NOT_REACHED)
+
+
+def _measure(settings: Any, quiet: bool) -> dict[str, Any]:
+    """Measure every case, showing how far it is and how long it will take."""
+    from cairn.experiments import bench_plan as measuring
+
+    columns = (
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        TextColumn("[dim]{task.description}[/]"),
+    )
+    hidden = quiet or not console.is_terminal
+    machine = measuring.describe()
+    results = []
+    with Progress(*columns, console=console, transient=True, disable=hidden) as progress:
+        work = progress.add_task("", total=sum(case.size**2 for case in settings.cases))
+        bench = measuring.Bench(settings, lambda text: progress.update(work, description=text))
+        for result in bench.run():
+            results.append(result)
+            progress.advance(work, result.cells)
+            if hidden and not quiet:
+                ns, ratio = result.ns("cairn"), result.ratio()
+                console.print(
+                    f"[dim]{result.case}: {ns:.2f} ns per cell, Dial ÷ cairn {ratio:.1f}[/]"
+                )
+    return plain(measuring.record_of(settings, results, machine))
+
+
+def _print(record: dict[str, Any], files: list[Path]) -> None:
+    from cairn.experiments.bench_report import (
+        COLUMNS,
+        machine_lines,
+        row,
+        skipped,
+        summary_lines,
+    )
+
+    table = Table(box=None, pad_edge=False, header_style="dim")
+    for number, column in enumerate(COLUMNS):
+        table.add_column(column.replace(" ns", "\nns"), justify="left" if not number else "right")
+    for case in record["cases"]:
+        map_, size, corners, ratio, *others = row(case)
+        table.add_row(f"[bold]{map_}[/]", size, corners, f"[bold]{ratio}[/]", *others)
+    if not console.is_terminal:
+        console.width = 240
+    console.print(table)
+    console.print(
+        "[dim]ns per cell, median (least–most); aim ✓ met; copy: share of copy speed[/]\n"
+    )
+    for line in summary_lines(record["summary"]):
+        console.print(line)
+    for why, count in skipped(record):
+        console.print(f"[yellow]left out[/] {escape(why)} ({count} cases)", highlight=False)
+    for line in machine_lines(record["machine"]):
+        console.print(f"[dim]{line}[/]", highlight=False)
+    console.print("[dim]" + "  ".join(map(str, files)) + "[/]")
+
+
+def _command() -> str:
+    return "cairn " + " ".join(sys.argv[1:])
+
+
+def _refuse(option: str, value: str, choices: Any) -> None:
+    raise typer.BadParameter(f"`{value}` is none of {', '.join(choices)}", param_hint=option)
+
+
+def _names(option: str, text: str, known: dict[str, Any]) -> tuple[str, ...]:
+    if text in ("all", "none"):
+        return tuple(known) if text == "all" else ()
+    names = tuple(part.strip() for part in text.split(","))
+    for name in names:
+        if name not in known:
+            _refuse(option, name, [*known, "all"])
+    return names
+
+
+def _sizes(text: str | None, default: tuple[int, ...]) -> tuple[int, ...]:
+    from cairn.experiments.grids import SMALLEST
+
+    if text is None:
+        return default
+    try:
+        sizes = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        sizes = ()
+    if not sizes or min(sizes) < SMALLEST or max(sizes) > 32768:
+        raise typer.BadParameter(
+            f"`{text}`: whole numbers from {SMALLEST} to 32768, comma-separated",
+            param_hint="--size",
+        )
+    return sizes

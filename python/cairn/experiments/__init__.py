@@ -1,0 +1,1 @@
+"""Measured claims: benchmarks, and what the paper's figures show."""

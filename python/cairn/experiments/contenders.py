@@ -1,0 +1,329 @@
+"""What plans are measured against one another, behind one small protocol.
+
+`prepare` brings a map into the form that a contender takes and is not timed; `run` solves for every
+cell and returns the seconds that took; `values` is the cost-to-go that came out, inf where there is
+no way, in cost × cells.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.metadata
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+import cairn
+from cairn import _brain
+from cairn.experiments.grids import as_costs
+
+STEP, DIAGONAL = 985, 1393
+F64 = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Task:
+    """A map to solve.
+
+    Attributes:
+        grid: bool, True free; or uint8 weights, 0 blocked.
+        goal: (row, col).
+        corner_cutting: whether a diagonal may pass between blocked cells.
+    """
+
+    grid: npt.NDArray[Any]
+    goal: tuple[int, int]
+    corner_cutting: bool
+
+    @property
+    def is_free(self) -> bool:
+        """A map of free and blocked cells, without weights."""
+        return self.grid.dtype == bool
+
+
+class Contender(Protocol):
+    """One planner on one task."""
+
+    arithmetic: str
+    """Contenders with the same one must agree to the bit; others within `TOLERANCE`."""
+
+    def run(self) -> float:
+        """Solve, and return how long that took [s]."""
+        ...
+
+    def values(self) -> npt.NDArray[Any]:
+        """Cost-to-go in native numbers of the arithmetic, or cost × cells as float64."""
+        ...
+
+    def next_node(self) -> npt.NDArray[np.int8] | None:
+        """Next cells' codes, or None if it has none."""
+        ...
+
+
+class Refused(Exception):
+    """A contender cannot take a task; the message says why."""
+
+
+class InRust:
+    """A solver of the brain that keeps its memory from run to run."""
+
+    def __init__(self, solver: str, task: Task, *, whole: bool = False, threads: int = 1) -> None:
+        """Make it ready; `whole` takes weights in whole numbers, else in single precision."""
+        grid = task.grid if task.is_free or whole else as_costs(task.grid)
+        self.arithmetic = "steps" if task.is_free else "whole" if whole else "f32"
+        self._timed = _brain.TimedSolver(solver, grid, [task.goal], task.corner_cutting, threads)
+
+    def run(self) -> float:
+        """Solve; timed around the solver alone."""
+        return self._timed.run()
+
+    def values(self) -> npt.NDArray[Any]:
+        """Return a copy of the native field."""
+        return self._timed.native()
+
+    def next_node(self) -> npt.NDArray[np.int8] | None:
+        """Return a copy of the policy."""
+        return self._timed.next_node()
+
+
+class EndToEnd:
+    """`cairn.plan_grid` as a user calls it: conversion in, arrays out, nothing kept."""
+
+    def __init__(self, task: Task) -> None:
+        """Make it ready."""
+        self.arithmetic = "steps" if task.is_free else "f32"
+        self._task = task
+        self._grid = task.grid if task.is_free else as_costs(task.grid)
+        self._field: cairn.Field | None = None
+
+    def run(self) -> float:
+        """Plan and fetch both arrays."""
+        self._field = None
+        begin = time.perf_counter()
+        field = cairn.plan_grid(
+            self._grid, self._task.goal, corner_cutting=self._task.corner_cutting, threads=1
+        )
+        _ = field.native, field.next_node
+        took = time.perf_counter() - begin
+        self._field = field
+        return took
+
+    def values(self) -> npt.NDArray[Any]:
+        """Return the native field."""
+        assert self._field is not None
+        return self._field.native
+
+    def next_node(self) -> npt.NDArray[np.int8] | None:
+        """Return the policy."""
+        assert self._field is not None
+        return self._field.next_node
+
+
+class Scipy:
+    """`scipy.sparse.csgraph.dijkstra`, links as those of `cairn.grid_graph`, summed in float64.
+
+    Building the sparse matrix is not timed; `build_s` says how long it took.
+    """
+
+    def __init__(self, task: Task) -> None:
+        """Build the links."""
+        from scipy.sparse import csgraph, csr_array
+
+        begin = time.perf_counter()
+        grid = task.grid if task.is_free else as_costs(task.grid)
+        indptr, indices, costs = cairn.grid_graph(grid, corner_cutting=task.corner_cutting)
+        nodes = grid.size
+        small = np.int32 if len(indices) < 2**31 else np.int64
+        links = costs.astype(np.float64), indices.astype(small), indptr.astype(small)
+        # Links are the same both ways, so distances from the goal are those to it.
+        self._graph = csr_array(links, shape=(nodes, nodes))
+        self.build_s = time.perf_counter() - begin
+        self.arithmetic = "float64"
+        self._dijkstra = csgraph.dijkstra
+        self._shape, self._unit = grid.shape, STEP if task.is_free else 1
+        self._goal = task.goal[0] * grid.shape[1] + task.goal[1]
+        self._found: F64 | None = None
+
+    def run(self) -> float:
+        """Solve, next nodes as well."""
+        begin = time.perf_counter()
+        self._found, _ = self._dijkstra(
+            self._graph, directed=True, indices=self._goal, return_predecessors=True
+        )
+        return time.perf_counter() - begin
+
+    def values(self) -> F64:
+        """Return distances in cost × cells."""
+        assert self._found is not None
+        return self._found.reshape(self._shape) / self._unit
+
+    def next_node(self) -> None:
+        """Return nothing: predecessors are not compared."""
+
+
+class ScikitImage:
+    """`skimage.graph.MCP_Geometric`: the mean rule in float64; it always cuts corners."""
+
+    def __init__(self, task: Task) -> None:
+        """Turn the map into costs, negative where blocked."""
+        from skimage.graph import MCP_Geometric  # pyright: ignore[reportMissingImports]
+
+        if not task.corner_cutting:
+            raise Refused("cuts corners always")
+        self.arithmetic = "float64"
+        self._costs = np.where(task.grid > 0, task.grid.astype(np.float64), -1.0)
+        self._goal, self._solver = task.goal, MCP_Geometric
+        self._found: F64 | None = None
+
+    def run(self) -> float:
+        """Solve on a solver made anew: one cannot be used twice."""
+        begin = time.perf_counter()
+        self._found, _ = self._solver(self._costs, fully_connected=True).find_costs([self._goal])
+        return time.perf_counter() - begin
+
+    def values(self) -> F64:
+        """Return costs."""
+        assert self._found is not None
+        return np.asarray(self._found)
+
+    def next_node(self) -> None:
+        """Return nothing: its trace is not compared."""
+
+
+class XarraySpatial:
+    """`xrspatial.cost_distance`: the mean rule, no policy; it always cuts corners."""
+
+    def __init__(self, task: Task) -> None:
+        """Turn the map into friction, NaN where blocked; compile on a tiny one."""
+        import xarray  # pyright: ignore[reportMissingImports]
+        from xrspatial import cost_distance  # pyright: ignore[reportMissingImports]
+
+        if not task.corner_cutting:
+            raise Refused("cuts corners always")
+        self.arithmetic = "float64"
+        rows, cols = task.grid.shape
+        place = {"y": np.arange(rows, dtype=float), "x": np.arange(cols, dtype=float)}
+
+        def array(values: npt.NDArray[Any]) -> Any:
+            return xarray.DataArray(values, dims=("y", "x"), coords=place)
+
+        target = np.zeros(task.grid.shape)
+        target[task.goal] = 1.0
+        friction = np.where(task.grid > 0, task.grid.astype(np.float64), np.nan)
+        self._target, self._friction = array(target), array(friction)
+        self._solve = cost_distance
+        self._found: Any = None
+        corner = {"y": slice(0, 4), "x": slice(0, 4)}
+        tiny = self._target.isel(corner) * 0 + 1
+        self._solve(tiny, tiny)  # compiles
+
+    def run(self) -> float:
+        """Solve."""
+        begin = time.perf_counter()
+        self._found = self._solve(self._target, self._friction)
+        return time.perf_counter() - begin
+
+    def values(self) -> F64:
+        """Return costs."""
+        found = np.asarray(self._found.values, np.float64)
+        return np.where(np.isnan(found), np.inf, found)
+
+    def next_node(self) -> None:
+        """Return nothing: it has none."""
+
+
+@dataclass(frozen=True)
+class Peer:
+    """A planner of others.
+
+    Attributes:
+        package: what to install.
+        module: what to import.
+        make: the contender on a task.
+        guess_ns: what it may take per cell, before it was measured [ns].
+        bytes_per_cell: what it may need, for a map to be left out that would not fit.
+    """
+
+    package: str
+    module: str
+    make: Callable[[Task], Contender]
+    guess_ns: float
+    bytes_per_cell: int
+
+    EXTRA: ClassVar[str] = 'pip install "cairn-nav[bench]"'
+
+    def missing(self) -> str | None:
+        """Say why it cannot be imported, or None if it can."""
+        try:
+            importlib.import_module(self.module)
+        except Exception as error:  # a peer may be broken in any way
+            return f"{self.package} is not there ({error}): {self.EXTRA}"
+        return None
+
+    @property
+    def version(self) -> str | None:
+        """Version installed."""
+        try:
+            return importlib.metadata.version(self.package)
+        except importlib.metadata.PackageNotFoundError:
+            return None
+
+
+PEERS: dict[str, Peer] = {
+    "scipy": Peer("scipy", "scipy.sparse.csgraph", Scipy, 350.0, 500),
+    "scikit-image": Peer("scikit-image", "skimage.graph", ScikitImage, 430.0, 80),
+    "xarray-spatial": Peer("xarray-spatial", "xrspatial", XarraySpatial, 320.0, 120),
+}
+
+OURS: dict[str, Callable[[Task], Contender]] = {
+    "cairn": lambda task: InRust("cairn", task),
+    "cairn-2-threads": lambda task: InRust("cairn", task, threads=2),
+    "cairn-python": EndToEnd,
+    "dial": lambda task: InRust("dial", task, whole=True),
+    "dial-wide": lambda task: InRust("dial-wide", task),
+    "dial-f32": lambda task: InRust("dial", task),
+    "heap": lambda task: InRust("heap", task),
+}
+"""Those of the package, in the order of a round. `dial` is what ratios refer to."""
+
+
+def ours(task: Task) -> list[str]:
+    """Names of our contenders that take a task."""
+    left_out = "dial-f32" if task.is_free else "dial-wide"
+    return [name for name in OURS if name != left_out]
+
+
+def compare(
+    name: str, one: Contender, other_name: str, other: Contender, tolerance: float
+) -> tuple[str, str | None]:
+    """Compare two answers: (how they were compared, what differs or None)."""
+    first, second = one.values(), other.values()
+    if one.arithmetic == other.arithmetic:
+        codes, others = one.next_node(), other.next_node()
+        same = np.array_equal(first, second)
+        if codes is not None and others is not None:
+            same = same and np.array_equal(codes, others)
+        how = "to the bit"
+        return how, None if same else f"{name} and {other_name} differ in {one.arithmetic}"
+    first, second = in_cells(first, one.arithmetic), in_cells(second, other.arithmetic)
+    reached = np.isfinite(first)
+    how = f"within {tolerance:g}"
+    if not np.array_equal(reached, np.isfinite(second)):
+        return how, f"{name} and {other_name} do not reach the same cells"
+    first, second = first[reached], second[reached]
+    worst = float(np.max(np.abs(first - second) / np.maximum(first, 1.0), initial=0))
+    off = f"{name} and {other_name} differ by {worst:.1e} of the cost, more than {tolerance:g}"
+    return how, None if worst <= tolerance else off
+
+
+def in_cells(values: npt.NDArray[Any], arithmetic: str) -> F64:
+    """Native numbers as cost × cells in float64, inf where there is no way."""
+    unit = {"steps": STEP, "whole": 2 * STEP}.get(arithmetic, 1)
+    found = values.astype(np.float64) / unit
+    if values.dtype.kind == "u":
+        found[values == np.iinfo(values.dtype).max] = np.inf
+    return found

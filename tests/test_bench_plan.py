@@ -1,0 +1,224 @@
+"""Benchmarks: their maps are what they say, their contenders agree, their command tells."""
+
+import json
+import math
+import sys
+
+import numpy as np
+import pytest
+
+import cairn
+from cairn import _brain
+from cairn.experiments import bench_plan, bench_report, memory
+from cairn.experiments.contenders import OURS, PEERS, InRust, Peer, Refused, Task, compare, ours
+from cairn.experiments.grids import CLASSES, as_costs
+from plan_oracles import Case, grid_links, mean_price, scipy_cost_to_go
+
+FREE = [name for name, each in CLASSES.items() if each.draw(16, 0).dtype == bool]
+
+
+# ---- maps ---
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_a_map_follows_from_its_seed(name):
+    draw = CLASSES[name].draw
+    for size in (8, 61, 200):
+        first, again, other = draw(size, 3), draw(size, 3), draw(size, 4)
+        assert first.shape == (size, size)
+        np.testing.assert_array_equal(first, again)
+        assert name in ("open", "maze-16") or size == 8 or not np.array_equal(first, other)
+
+
+@pytest.mark.parametrize("percent", [10, 20, 40])
+def test_random_obstacles_block_the_share_in_their_name(percent):
+    grid = CLASSES[f"random-{percent}"].draw(512, 1)
+    assert abs((~grid).mean() - percent / 100) < 4 * math.sqrt(0.25 / grid.size)
+
+
+@pytest.mark.parametrize("corridor", [1, 4, 16])
+def test_mazes_join_all_their_cells_by_one_way(corridor):
+    grid = CLASSES[f"maze-{corridor}"].draw(205, 2)
+    goal = bench_plan.choose_goal(grid)
+    field = cairn.plan_grid(grid, goal)
+    assert (np.isfinite(field.cost_to_go) == grid).all()
+    rooms = (204 // (corridor + 1)) ** 2
+    assert grid.sum() == rooms * corridor**2 + (rooms - 1) * corridor  # a tree of rooms
+
+
+def test_caves_have_halls_and_rock_and_the_goal_is_in_the_largest():
+    grid = CLASSES["caves"].draw(512, 1)
+    assert 0.6 < grid.mean() < 0.9
+    within = np.lib.stride_tricks.sliding_window_view(grid, (7, 7)).all(axis=(2, 3))
+    assert within.mean() > 0.1
+    field = cairn.plan_grid(grid, bench_plan.choose_goal(grid))
+    assert np.isfinite(field.cost_to_go).sum() > 0.5 * grid.sum()
+
+
+def test_weights_are_1_to_255_smooth_ones_change_slowly_random_ones_do_not():
+    smooth, rough = (CLASSES[f"{kind}-weights"].draw(512, 1) for kind in ("smooth", "random"))
+    for weights in (smooth, rough):
+        assert (weights.min(), weights.max()) == (1, 255)
+    steps = [np.abs(np.diff(weights.astype(int), axis=1)) for weights in (smooth, rough)]
+    assert steps[0].max() <= 12
+    assert steps[1].mean() > 60
+    maze = CLASSES["weighted-maze"].draw(512, 1)
+    np.testing.assert_array_equal(maze > 0, CLASSES["maze-4"].draw(512, 1))
+
+
+# ---- contenders ---
+
+
+def tasks():
+    for name, each in CLASSES.items():
+        grid = each.draw(53, 5)
+        for cutting in (False, True):
+            yield name, Task(grid, bench_plan.choose_goal(grid), cutting)
+
+
+def test_every_contender_gives_the_same_answer_on_every_kind_of_map():
+    there = [name for name, peer in PEERS.items() if peer.missing() is None]
+    assert "scipy" in there
+    for kind, task in tasks():
+        mine = OURS["cairn"](task)
+        mine.run()
+        for name in ours(task) + there:
+            try:
+                other = OURS[name](task) if name in OURS else PEERS[name].make(task)
+            except Refused:
+                assert not task.corner_cutting
+                continue
+            assert other.run() > 0
+            how, differs = compare("cairn", mine, name, other, 1e-5)
+            assert differs is None, kind
+            assert how == ("within 1e-05" if other.arithmetic != mine.arithmetic else "to the bit")
+
+
+def test_dial_and_heap_in_whole_weights_equal_scipy_to_the_unit():
+    for kind in ("random-weights", "weighted-maze"):
+        grid = CLASSES[kind].draw(40, 6)
+        task = Task(grid, bench_plan.choose_goal(grid), False)
+        costs = as_costs(grid).astype(float)
+        tails, heads, codes, _ = grid_links(costs, False, mean_price(np.float64))
+        flat = costs.ravel()
+        links = (flat[tails] + flat[heads]) * np.array([985, 1393])[codes % 2]
+        goal = task.goal[0] * grid.shape[1] + task.goal[1]
+        truth = scipy_cost_to_go(Case(grid.size, tails, heads, links, [goal]))
+        truth = np.where(np.isinf(truth), 2**32 - 1, truth)
+        for solver in ("dial", "heap"):
+            contender = InRust(solver, task, whole=True)
+            contender.run()
+            np.testing.assert_array_equal(contender.values().ravel(), truth)
+
+
+def test_answers_that_differ_are_told():
+    grid = np.ones((9, 9), bool)
+    one, other = (InRust("dial", Task(grid, goal, False)) for goal in ((4, 4), (4, 5)))
+    one.run()
+    other.run()
+    assert compare("one", one, "other", other, 1e-5)[1] == "one and other differ in steps"
+    walled = grid.copy()
+    walled[0] = False
+    peer = PEERS["scipy"].make(Task(walled, (4, 4), False))
+    peer.run()
+    assert "same cells" in compare("one", one, "scipy", peer, 1e-5)[1]
+    peer = PEERS["scipy"].make(Task(grid, (4, 5), False))
+    peer.run()
+    assert "differ by" in compare("one", one, "scipy", peer, 1e-5)[1]
+
+
+def test_a_solver_asked_for_a_map_it_does_not_take_is_refused_by_name():
+    with pytest.raises(cairn.errors.SettingsInvalid, match="no solver `fast`"):
+        _brain.TimedSolver("fast", np.ones((3, 3), bool), [(0, 0)], False, 1)
+    with pytest.raises(cairn.errors.GoalBlocked):
+        _brain.TimedSolver("dial", np.zeros((3, 3), bool), [(0, 0)], False, 1).run()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the high-water mark is Linux's")
+def test_peak_memory_is_at_least_what_comes_out():
+    grid = np.ones((1024, 1024), bool)
+    share = memory.peak_share(grid, (5, 5), False)
+    assert 0.9 < share < 40
+
+
+# ---- the command ---
+
+
+def test_the_command_prints_a_record_with_its_summary_first(command, tmp_path):
+    code, said, _ = command(
+        "bench", "plan", "--size", "64", "--repeats", "1", "--json", "--no-memory", "--peers",
+        "scipy", "--classes", "open,caves,random-weights", "--markdown", "--out", "here",
+    )  # fmt: skip
+    assert code == 0
+    record = json.loads(said)
+    assert next(iter(record)) == "summary"
+    summary = record["summary"]
+    assert summary["cases"] == 6
+    assert summary["agree"] is True
+    assert summary["geometric_mean_ratio"] > 0
+    assert summary["lowest_ratio"] <= summary["geometric_mean_ratio"]
+    assert summary["geometric_mean_ratio_by_size"].keys() == {"64"}
+    assert summary["geometric_mean_ratio_scipy"] > 0
+    assert record["machine"]["cores"] >= 1
+    assert record["machine"]["peers"]["scipy"]
+    case = record["cases"][0]
+    assert (case["class"], case["size"], case["corner_cutting"]) == ("open", 64, False)
+    assert case["ratio"] > 0
+    assert case["reached"] == 1.0
+    for name in ("cairn", "cairn-python", "dial", "dial-wide", "heap", "scipy"):
+        timing = case["contenders"][name]
+        assert timing["least_ns_per_cell"] <= timing["median_ns_per_cell"]
+        assert timing["runs"] == 1
+    assert case["contenders"]["dial"]["agrees"] == "to the bit"
+    assert json.loads((tmp_path / "here/summary.json").read_text()) == record
+    table = (tmp_path / "BENCHMARKS.md").read_text()
+    assert "| open | 64² | strict |" in table
+    assert "cairn bench plan" in table
+
+
+def test_a_table_for_people_tells_peers_that_are_missing(command, monkeypatch):
+    gone = Peer("nothing", "nothing_at_all", PEERS["scipy"].make, 1.0, 1)
+    monkeypatch.setitem(PEERS, "scikit-image", gone)
+    code, said, _ = command(
+        "bench", "plan", "--size", "16", "--repeats", "2", "--no-memory", "--classes", "maze-1",
+        "--peers", "scipy,scikit-image", "--corner-cutting", "allowed",
+    )  # fmt: skip
+    assert code == 0
+    assert "maze-1" in said
+    assert "geometric mean" in said
+    assert 'pip install "cairn-nav[bench]"' in said
+
+
+def test_a_peer_too_slow_for_its_budget_is_left_out_and_says_so(command):
+    code, said, _ = command(
+        "bench", "plan", "--size", "64", "--repeats", "1", "--json", "--no-memory", "--budget",
+        "0.0001", "--classes", "open", "--corner-cutting", "forbidden",
+    )  # fmt: skip
+    assert code == 0
+    case = json.loads(said)["cases"][0]
+    assert "more than the budget" in case["skipped"]["scipy"]
+    assert case["ratio"] > 0
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--classes", "mountains"),
+        ("--peers", "magic"),
+        ("--size", "64,x"),
+        ("--size", "4"),
+        ("--corner-cutting", "perhaps"),
+        ("--repeats", "0"),
+    ],
+)
+def test_what_cannot_be_measured_is_a_usage_error(command, options):
+    code, _, complaint = command("bench", "plan", *options)
+    assert code == 2
+    assert options[0] in complaint
+
+
+def test_the_cases_of_a_full_run_are_every_kind_at_both_sizes_and_those_with_aims_at_512():
+    cases = bench_plan.cases_of(bench_plan.FULL_SIZES, tuple(CLASSES), (False, True), small=True)
+    assert len(cases) == 2 * (2 * len(CLASSES) + 2)
+    assert bench_report.number(1.234) == "1.23"
+    assert bench_report.number(None) == "–"
