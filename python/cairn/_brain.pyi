@@ -84,6 +84,7 @@ class GridField:
         """Return the points that the way turns at when straight wherever that is no dearer."""
 
 Place = tuple[float, tuple[float, float, float]]
+Means = tuple[int | None, str | None, tuple[int, int] | None]
 
 def plan_free(
     free: NDArray[np.bool_],
@@ -91,7 +92,7 @@ def plan_free(
     place: Place,
     corner_cutting: bool,
     paper_steps: bool,
-    threads: int | None,
+    means: Means,
 ) -> GridField:
     """Plan on a bool grid, True free, in integer steps."""
 
@@ -158,7 +159,7 @@ def plan_costs_f32(
     goals: list[tuple[int, int]],
     place: Place,
     corner_cutting: bool,
-    threads: int | None,
+    means: Means,
 ) -> GridField:
     """Plan on a float32 grid of costs."""
 
@@ -167,9 +168,15 @@ def plan_costs_f64(
     goals: list[tuple[int, int]],
     place: Place,
     corner_cutting: bool,
-    threads: int | None,
+    means: Means,
 ) -> GridField:
     """Plan on a float64 grid of costs."""
+
+def simd_levels() -> list[str]:
+    """Instruction sets that the solver has code for and this processor has, the widest first."""
+
+def start_cell(point: tuple[float, float], rows: int, cols: int, place: Place) -> tuple[int, int]:
+    """Row and column of the cell that holds a point of the world."""
 
 def goal_cells(
     points: list[tuple[float, float]], rows: int, cols: int, place: Place

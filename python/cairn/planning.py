@@ -29,11 +29,15 @@ from cairn.arguments import (
     start_cell,
     start_point,
     two_dimensional,
+    whole_number,
     world_arrays,
 )
 
 Precision = Literal["f32", "f64"]
 Steps = Literal["985/1393", "100/141"]
+Simd = Literal["avx512", "avx2", "portable"]
+Place = tuple[float, tuple[float, float, float]]  # resolution [m], (x, y, yaw) of the grid
+Means = tuple[int | None, str | None, GridCell | None]  # threads, instructions, start
 Point = Sequence[float]
 
 Ground = tuple[npt.NDArray[np.floating[Any]] | None, bool]
@@ -179,7 +183,9 @@ def plan(
     corner_cutting: bool = False,
     precision: Precision | None = None,
     unknown: Literal["blocked", "free"] = "blocked",
+    start: Point | None = None,
     threads: int | None = None,
+    simd: Simd | None = None,
 ) -> Field:
     """Plan from everywhere on a world's map to `goal`.
 
@@ -195,7 +201,10 @@ def plan(
         precision: "f32" (default) or "f64", for costs; given for a world without costs, its cells
             cost 1.0 in that precision instead of integer steps.
         unknown: whether cells never seen may be entered; for a world without costs.
+        start: the one point of the world [m] whose way is wanted: what is farther from the goals
+            than it is left out of the field, as if it had no way, which saves the work on it.
         threads: most threads to use; the result does not depend on it.
+        simd: instructions to use: "avx512", "avx2" or "portable"; the result does not depend on it.
 
     Returns:
         The field; its unit is cost x metres, its paths are in the world frame.
@@ -204,6 +213,7 @@ def plan(
         GoalOutsideMap: a goal is not on the map (or NaN).
         GoalBlocked: a goal lies in a cell that cannot be entered.
         GoalMalformed: a goal is no pair of numbers.
+        StartOutsideMap, StartMalformed: `start` is not on the map.
         WorldNotPlannable: `world` has no occupancy, resolution or origin.
         WorldShapeInvalid, WorldValueOutOfRange: one of these is not usable.
         CairnError: whatever `plan_grid` refuses.
@@ -218,7 +228,9 @@ def plan(
         grid = _blocked(costs, occupancy == 1)
     rows, cols = grid.shape
     cells = _brain.goal_cells(points, rows, cols, place) if grid.size else []
-    brain, ground = _solve(grid, cells, place, corner_cutting, precision, "985/1393", threads)
+    start_cell = None if start is None else _start_cell(start, rows, cols, place)
+    means = _means(threads, simd, start_cell)
+    brain, ground = _solve(grid, cells, place, corner_cutting, precision, "985/1393", means)
     return Field(brain, place[0], points, ground)
 
 
@@ -229,7 +241,9 @@ def plan_grid(
     corner_cutting: bool = False,
     precision: Precision | None = None,
     steps: Steps = "985/1393",
+    start: GridCell | None = None,
     threads: int | None = None,
+    simd: Simd | None = None,
 ) -> Field:
     """Plan from every cell of an array to `goal`.
 
@@ -243,7 +257,10 @@ def plan_grid(
             in that precision instead of integer steps.
         steps: integer steps on a bool array: 985 and 1393 (sqrt 2 within 2.6e-7), or the paper's
             100 and 141.
+        start: the one cell whose way is wanted: what is farther from the goals than it is left
+            out of the field, as if it had no way, which saves the work on it.
         threads: most threads to use; the result does not depend on it.
+        simd: instructions to use: "avx512", "avx2" or "portable"; the result does not depend on it.
 
     Returns:
         The field, in cost x cells; its paths are cells.
@@ -257,10 +274,13 @@ def plan_grid(
         LinkCostAbsorbed: costs differ so much in size that a link vanishes in the sum.
         CostToGoOverflow: a cost-to-go is larger than the precision can hold.
         UnknownPlanOption: an option is none of what it may be.
+        StartOutsideGrid, StartMalformed: `start` is no cell of the grid.
+        SimdNotAvailable: this processor does not have the instructions asked for.
     """
     cells = goal_cells(goal)
+    means = _means(threads, simd, None if start is None else _cell(start))
     grid = two_dimensional(costs)
-    brain, ground = _solve(grid, cells, _CELLS, corner_cutting, precision, steps, threads)
+    brain, ground = _solve(grid, cells, _CELLS, corner_cutting, precision, steps, means)
     return Field(brain, 1.0, None, ground)
 
 
@@ -271,24 +291,45 @@ def _solve(
     corner_cutting: bool,
     precision: str | None,
     steps: str,
-    threads: int | None,
+    means: Means,
 ) -> tuple[_brain.GridField, Ground]:
     checked_choice("precision", precision, (None, "f32", "f64"))
     checked_choice("steps", steps, ("985/1393", "100/141"))
     corner_cutting = checked_flag("corner_cutting", corner_cutting)
-    most = checked_threads(threads)
     if grid.dtype == bool and precision is None:
         steps_of_paper = steps == "100/141"
-        brain = _brain.plan_free(grid, cells, place, corner_cutting, steps_of_paper, most)
+        brain = _brain.plan_free(grid, cells, place, corner_cutting, steps_of_paper, means)
         return brain, (None, corner_cutting)
     costs = np.where(grid, 1.0, np.inf) if grid.dtype == bool else grid
     if precision == "f64":
         costs = np.ascontiguousarray(double_precision(costs))
-        brain = _brain.plan_costs_f64(costs, cells, place, corner_cutting, most)
+        brain = _brain.plan_costs_f64(costs, cells, place, corner_cutting, means)
     else:
         costs = np.ascontiguousarray(single_precision(costs))
-        brain = _brain.plan_costs_f32(costs, cells, place, corner_cutting, most)
+        brain = _brain.plan_costs_f32(costs, cells, place, corner_cutting, means)
     return brain, (None if grid.dtype == bool else costs, corner_cutting)
+
+
+def _means(threads: Any, simd: Any, start: GridCell | None) -> Means:
+    checked_choice("simd", simd, (None, "avx512", "avx2", "portable"))
+    return checked_threads(threads), simd, start
+
+
+def _cell(start: Any) -> GridCell:
+    try:
+        row, col = start
+    except (TypeError, ValueError):
+        raise errors.StartMalformed(f"start {start!r}: a cell is (row, col)", value=start) from None
+    return whole_number(row), whole_number(col)
+
+
+def _start_cell(start: Any, rows: int, cols: int, place: Place) -> GridCell:
+    """Return the cell of a point of the world."""
+    try:
+        point = (float(start[0]), float(start[1]))
+    except (TypeError, ValueError, IndexError):
+        raise errors.StartMalformed(f"start {start!r} is no pair of numbers", value=start) from None
+    return _brain.start_cell(point, rows, cols, place)
 
 
 def _blocked(costs: npt.NDArray[Any], stands: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use cairn::geometry::Point2;
-use cairn::plan::{self, Crossed, PlanError, PlanOptions, Steps, Values};
+use cairn::plan::{self, Crossed, PlanError, PlanOptions, Simd, Steps, Values};
 use cairn::world::{Cell, Grid, GridGeometry};
 use numpy::ndarray::ArrayView2;
 use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
@@ -165,8 +165,27 @@ pub fn cells_of(goals: Vec<(i64, i64)>, geometry: &GridGeometry) -> PyResult<Vec
     if geometry.is_empty() { Ok(vec![Cell::new(0, 0)]) } else { goals.into_iter().map(cell).collect() }
 }
 
-fn options_of(corner_cutting: bool, paper_steps: bool, threads: Option<usize>) -> PlanOptions {
-    PlanOptions { corner_cutting, steps: if paper_steps { Steps::Paper } else { Steps::Fine }, threads }
+/// (most threads, instruction set, the one start wanted), each None for the solver's choice.
+type Means = (Option<usize>, Option<String>, Option<(i64, i64)>);
+
+fn options_of(
+    geometry: &GridGeometry,
+    corner_cutting: bool,
+    paper_steps: bool,
+    (threads, simd, start): Means,
+) -> PyResult<PlanOptions> {
+    let simd = simd.map(|name| match name.as_str() {
+        "avx512" => Simd::Avx512,
+        "avx2" => Simd::Avx2,
+        _ => Simd::Portable, // the body has checked the name
+    });
+    let GridGeometry { rows, cols, .. } = *geometry;
+    let start = start.map(|(row, col)| {
+        let outside = || to_python(&PlanError::StartOutsideGrid { row, col, rows, cols });
+        cell_inside((row, col), rows, cols).ok_or_else(outside)
+    });
+    let steps = if paper_steps { Steps::Paper } else { Steps::Fine };
+    Ok(PlanOptions { corner_cutting, steps, threads, simd, start: start.transpose()? })
 }
 
 pub fn solved(result: Result<plan::Field, PlanError>) -> PyResult<GridField> {
@@ -182,11 +201,11 @@ fn plan_free(
     place: Place,
     corner_cutting: bool,
     paper_steps: bool,
-    threads: Option<usize>,
+    means: Means,
 ) -> PyResult<GridField> {
     let grid = laid(&free, place);
     let goals = cells_of(goals, &grid.geometry)?;
-    let options = options_of(corner_cutting, paper_steps, threads);
+    let options = options_of(&grid.geometry, corner_cutting, paper_steps, means)?;
     solved(py.detach(|| plan::plan_free(&grid, &goals, &options)))
 }
 
@@ -198,11 +217,11 @@ fn plan_costs_f32(
     goals: Vec<(i64, i64)>,
     place: Place,
     corner_cutting: bool,
-    threads: Option<usize>,
+    means: Means,
 ) -> PyResult<GridField> {
     let grid = laid(&costs, place);
     let goals = cells_of(goals, &grid.geometry)?;
-    let options = options_of(corner_cutting, false, threads);
+    let options = options_of(&grid.geometry, corner_cutting, false, means)?;
     solved(py.detach(|| plan::plan_costs_f32(&grid, &goals, &options)))
 }
 
@@ -214,12 +233,19 @@ fn plan_costs_f64(
     goals: Vec<(i64, i64)>,
     place: Place,
     corner_cutting: bool,
-    threads: Option<usize>,
+    means: Means,
 ) -> PyResult<GridField> {
     let grid = laid(&costs, place);
     let goals = cells_of(goals, &grid.geometry)?;
-    let options = options_of(corner_cutting, false, threads);
+    let options = options_of(&grid.geometry, corner_cutting, false, means)?;
     solved(py.detach(|| plan::plan_costs_f64(&grid, &goals, &options)))
+}
+
+/// The instruction sets that the solver has code for and this processor has, the widest first.
+#[pyfunction]
+fn simd_levels() -> Vec<String> {
+    let there = Simd::ALL.into_iter().filter(|level| level.is_available());
+    there.map(|level| level.to_string()).collect()
 }
 
 /// Row and column of the cells that hold points of the world; refuses points off the map.
@@ -240,10 +266,23 @@ fn goal_cells(
     points.into_iter().map(cell).collect()
 }
 
+/// Row and column of the cell that holds a point of the world; refuses a point off the map.
+#[pyfunction]
+fn start_cell(point: (f64, f64), rows: usize, cols: usize, place: Place) -> PyResult<(usize, usize)> {
+    let ((x_m, y_m), (resolution_m, origin)) = (point, place);
+    let geometry = GridGeometry { rows, cols, resolution_m, world_from_grid: pose_of(origin) };
+    match geometry.cell_at(Point2::new(x_m, y_m)) {
+        Some(cell) => Ok((cell.row, cell.col)),
+        None => Err(to_python(&PlanError::StartOutsideMap { x_m, y_m, rows, cols, resolution_m })),
+    }
+}
+
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<GridField>()?;
     module.add_function(wrap_pyfunction!(plan_free, module)?)?;
     module.add_function(wrap_pyfunction!(plan_costs_f32, module)?)?;
     module.add_function(wrap_pyfunction!(plan_costs_f64, module)?)?;
+    module.add_function(wrap_pyfunction!(simd_levels, module)?)?;
+    module.add_function(wrap_pyfunction!(start_cell, module)?)?;
     module.add_function(wrap_pyfunction!(goal_cells, module)?)
 }

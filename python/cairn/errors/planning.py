@@ -90,6 +90,13 @@ class NoThreads(CairnError):
     """Zero threads were asked for."""
 
 
+class SimdNotAvailable(CairnError):
+    """Instructions were asked for that this processor does not have."""
+
+    simd: str
+    widest: str
+
+
 # ---- grids ---------------------------------------------------------------------------------------
 
 

@@ -4,7 +4,7 @@
 /// sum. Sums that would reach it are None: nothing wraps, saturates or turns infinite unseen.
 pub trait Cost: Copy + PartialOrd + std::fmt::Debug + Send + Sync + 'static {
     /// Orders like the costs themselves, and totally.
-    type Key: Ord + Copy;
+    type Key: Ord + Copy + std::fmt::Debug + Send + Sync;
     /// The cost of staying.
     const ZERO: Self;
     /// The cost-to-go where there is no way.

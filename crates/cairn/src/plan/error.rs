@@ -1,5 +1,7 @@
 use serde::Serialize;
 
+use super::tiles::Simd;
+
 /// Everything that can be wrong with what a planner is given. No path is not an error.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize)]
 pub enum PlanError {
@@ -302,6 +304,14 @@ pub enum PlanError {
     /// Zero threads were asked for.
     #[error("threads = 0: give at least 1, or none to let the solver choose")]
     NoThreads,
+    /// Instructions were asked for that this processor does not have.
+    #[error("simd = {simd}: this processor does not have it; the widest it has is {widest}")]
+    SimdNotAvailable {
+        /// What was asked for.
+        simd: Simd,
+        /// The widest level there is.
+        widest: Simd,
+    },
     /// A graph's `indptr` does not start at 0, end at the number of links, or have any entry.
     #[error(
         "indptr runs from {first} to {last}, but must run from 0 to the number of links, {links}, \

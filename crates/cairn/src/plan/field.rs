@@ -69,6 +69,11 @@ impl Field {
         Self { geometry, goals: goals.to_vec(), values: C::wrap(values), unit, next_codes }
     }
 
+    /// Its arrays, for reuse.
+    pub(super) fn into_arrays(self) -> (Values, Vec<i8>) {
+        (self.values, self.next_codes)
+    }
+
     /// Shape and place of the grid.
     pub fn geometry(&self) -> &GridGeometry {
         &self.geometry

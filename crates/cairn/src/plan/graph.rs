@@ -1,5 +1,6 @@
 use super::moves::Moves;
-use super::solve::{CellCost, PlanOptions, free_cells};
+use super::solve::{PlanOptions, free_cells};
+use super::tiles::CellNumber;
 use super::{Cost, PlanError};
 use crate::world::Grid;
 
@@ -218,10 +219,10 @@ pub fn graph_of_costs_f64(costs: &Grid<f64>, options: &PlanOptions) -> Result<Gr
     graph_of_costs(costs, options)
 }
 
-fn graph_of_costs<C: CellCost>(costs: &Grid<C>, options: &PlanOptions) -> Result<Graph<C>, PlanError> {
+fn graph_of_costs<C: CellNumber>(costs: &Grid<C>, options: &PlanOptions) -> Result<Graph<C>, PlanError> {
     let free = free_cells(costs)?;
     let moves = Moves::new(&costs.geometry, &free, options.corner_cutting);
-    graph_of(&moves, |from, to, code| costs.values[from].link(costs.values[to], code))
+    graph_of(&moves, |from, to, code| costs.values[from].link(costs.values[to], code % 2 == 1))
 }
 
 fn graph_of<C: Cost>(moves: &Moves, link: impl Fn(usize, usize, usize) -> C) -> Result<Graph<C>, PlanError> {

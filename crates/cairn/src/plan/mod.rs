@@ -9,10 +9,13 @@ mod graph;
 pub mod layered;
 mod moves;
 pub mod peers;
+
+mod policy;
 mod search;
 mod sight;
 mod solve;
 pub mod terrain;
+mod tiles;
 
 pub use any_angle::{Crossed, shortened};
 pub use cost::Cost;
@@ -23,5 +26,6 @@ pub use graph::{Graph, graph_of_costs_f32, graph_of_costs_f64, graph_of_free};
 pub use layered::{Engine, LayeredOptions, LayeredPlan, plan_layered};
 pub use moves::MOVES;
 pub use sight::{Ground, Sight, Toll, Vertex};
-pub use solve::{PlanOptions, Steps, plan_costs_f32, plan_costs_f64, plan_free};
+pub use solve::{GridPlanner, PlanOptions, Steps, plan_costs_f32, plan_costs_f64, plan_free};
 pub use terrain::{DirectionWeights, TerrainModel, plan_terrain, plan_weights_f32, plan_weights_u32};
+pub use tiles::Simd;

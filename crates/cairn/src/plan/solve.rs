@@ -1,4 +1,4 @@
-//! The field of a grid by Dijkstra's algorithm: two queues for integer steps, a heap for float costs.
+//! The field of a grid: what is planned on is checked, solved in tiles, and checked again.
 //!
 //! A field is the least fixed point of J(goal) = 0, J(s) = min over neighbours n of c(s, n) + J(n)
 //! in the arithmetic of its type, so it does not depend on the order of the work.
@@ -8,14 +8,13 @@
 //! T(√2/2) for a diagonal move: the sum is rounded, then the product; one rounded add per link,
 //! summed from the goal outwards; no fused operations.
 
-use std::cmp::Reverse;
-use std::collections::{BinaryHeap, VecDeque};
-
 use serde::{Deserialize, Serialize};
 
 use super::field::Native;
 use super::moves::Moves;
-use super::{Cost, Field, PlanError};
+use super::policy::policy;
+use super::tiles::{CellNumber, FreeBits, FreeGrid, MeanGrid, Room, Simd, Solved, Task, TileCost, solve};
+use super::{Field, PlanError, Values};
 use crate::world::{Cell, Grid, GridGeometry};
 
 /// Integer lengths of a straight and a diagonal move on free grids.
@@ -50,6 +49,11 @@ pub struct PlanOptions {
     pub steps: Steps,
     /// Most threads to use; None leaves it to the solver. The result does not depend on it.
     pub threads: Option<usize>,
+    /// Instructions to use; None is the widest there are. The result does not depend on it.
+    pub simd: Option<Simd>,
+    /// The one cell whose way is wanted: cells farther from the goals than it are left out of the field,
+    /// as if they had no way, which saves the work on them.
+    pub start: Option<Cell>,
 }
 
 /// The field of a grid whose true cells are free and of unit cost, in integer steps.
@@ -59,22 +63,10 @@ pub struct PlanOptions {
 /// # Errors
 /// [`PlanError::EmptyGrid`], [`GridTooLarge`](PlanError::GridTooLarge), [`NoGoal`](PlanError::NoGoal),
 /// [`GoalOutsideGrid`](PlanError::GoalOutsideGrid), [`GoalBlocked`](PlanError::GoalBlocked),
-/// [`NoThreads`](PlanError::NoThreads).
+/// [`StartOutsideGrid`](PlanError::StartOutsideGrid), [`NoThreads`](PlanError::NoThreads),
+/// [`SimdNotAvailable`](PlanError::SimdNotAvailable).
 pub fn plan_free(free: &Grid<bool>, goals: &[Cell], options: &PlanOptions) -> Result<Field, PlanError> {
-    let goal_indices = checked_goals(&free.geometry, &free.values, goals, options)?;
-    let moves = Moves::new(&free.geometry, &free.values, options.corner_cutting);
-    let (straight, diagonal) = options.steps.lengths();
-    let unit = f64::from(straight);
-    if let Some(values) = two_queues(&moves, &goal_indices, [straight, diagonal]) {
-        let codes = policy(&free.geometry, &moves, &goal_indices, &values, |_, _, code| {
-            [straight, diagonal][code % 2]
-        })?;
-        return Ok(Field::new(free.geometry, goals, values, unit, codes));
-    }
-    let steps = [u64::from(straight), u64::from(diagonal)];
-    let values = two_queues(&moves, &goal_indices, steps).expect("2^32 cells of 2^11 steps fit in u64");
-    let codes = policy(&free.geometry, &moves, &goal_indices, &values, |_, _, code| steps[code % 2])?;
-    Ok(Field::new(free.geometry, goals, values, unit, codes))
+    GridPlanner::default().plan_free(free, goals, options)
 }
 
 /// The field of a grid of costs per unit length, > 0, infinite where blocked, in single precision.
@@ -85,7 +77,7 @@ pub fn plan_free(free: &Grid<bool>, goals: &[Cell], options: &PlanOptions) -> Re
 /// [`LinkCostAbsorbed`](PlanError::LinkCostAbsorbed) and [`CostToGoOverflow`](PlanError::CostToGoOverflow)
 /// where costs differ too much in size for the precision.
 pub fn plan_costs_f32(costs: &Grid<f32>, goals: &[Cell], options: &PlanOptions) -> Result<Field, PlanError> {
-    plan_costs(costs, goals, options)
+    GridPlanner::default().plan_costs_f32(costs, goals, options)
 }
 
 /// [`plan_costs_f32`] in double precision.
@@ -93,45 +85,194 @@ pub fn plan_costs_f32(costs: &Grid<f32>, goals: &[Cell], options: &PlanOptions) 
 /// # Errors
 /// As [`plan_costs_f32`].
 pub fn plan_costs_f64(costs: &Grid<f64>, goals: &[Cell], options: &PlanOptions) -> Result<Field, PlanError> {
-    plan_costs(costs, goals, options)
+    GridPlanner::default().plan_costs_f64(costs, goals, options)
 }
 
-/// Costs that a grid may have: f32 or f64.
-pub(super) trait CellCost: Native {
-    /// The cost of a move between cells of costs `self` and `other`.
-    fn link(self, other: Self, code: usize) -> Self;
+/// Plans on grids one after the other with the same memory.
+///
+/// A planner's first field pays for fresh memory, up to three times the solution itself; later ones of
+/// no larger grids do not, and not for their own arrays either if old fields are given back.
+#[derive(Debug, Default)]
+pub struct GridPlanner {
+    free: FreeBits,
+    in_u32: Desk<u32>,
+    in_u64: Desk<u64>,
+    in_f32: Desk<f32>,
+    in_f64: Desk<f64>,
+    codes: Vec<i8>,
 }
 
-macro_rules! cell_cost {
-    ($type:ident) => {
-        impl CellCost for $type {
-            #[inline]
-            fn link(self, other: Self, code: usize) -> Self {
-                const HALF_LENGTH: [$type; 2] = [0.5, std::f64::consts::FRAC_1_SQRT_2 as $type];
-                (self + other) * HALF_LENGTH[code % 2]
-            }
+/// Room and spare arrays of one number type.
+#[derive(Debug, Default)]
+pub struct Desk<T: TileCost> {
+    room: Room<T>,
+    values: Vec<T>,
+}
+
+impl GridPlanner {
+    /// As the function [`plan_free`].
+    ///
+    /// # Errors
+    /// As [`plan_free`].
+    pub fn plan_free(
+        &mut self,
+        free: &Grid<bool>,
+        goals: &[Cell],
+        options: &PlanOptions,
+    ) -> Result<Field, PlanError> {
+        let GridGeometry { rows, cols, .. } = free.geometry;
+        let goal_indices = checked_goals(&free.geometry, goals, options, |index| free.values[index])?;
+        self.free.pack(rows, cols, &free.values);
+        let (straight, diagonal) = options.steps.lengths();
+        let unit = f64::from(straight);
+        let task = task(&free.geometry, &goal_indices, options);
+        let bits = &self.free;
+        if let Some(solved) =
+            in_steps(&mut self.in_u32, &mut self.codes, bits, [straight, diagonal], &task, options)
+        {
+            return Ok(Field::new(free.geometry, goals, solved.values, unit, solved.codes));
         }
-    };
-}
-cell_cost!(f32);
-cell_cost!(f64);
+        let steps = [u64::from(straight), u64::from(diagonal)];
+        let solved = in_steps(&mut self.in_u64, &mut self.codes, bits, steps, &task, options)
+            .expect("2^32 cells of 2^11 steps fit in u64");
+        Ok(Field::new(free.geometry, goals, solved.values, unit, solved.codes))
+    }
 
-fn plan_costs<C: CellCost>(
-    costs: &Grid<C>,
+    /// As the function [`plan_costs_f32`].
+    ///
+    /// # Errors
+    /// As [`plan_costs_f32`].
+    pub fn plan_costs_f32(
+        &mut self,
+        costs: &Grid<f32>,
+        goals: &[Cell],
+        options: &PlanOptions,
+    ) -> Result<Field, PlanError> {
+        plan_costs(&mut self.in_f32, &mut self.codes, costs, goals, options)
+    }
+
+    /// As the function [`plan_costs_f64`].
+    ///
+    /// # Errors
+    /// As [`plan_costs_f32`].
+    pub fn plan_costs_f64(
+        &mut self,
+        costs: &Grid<f64>,
+        goals: &[Cell],
+        options: &PlanOptions,
+    ) -> Result<Field, PlanError> {
+        plan_costs(&mut self.in_f64, &mut self.codes, costs, goals, options)
+    }
+
+    /// Takes a field's arrays for the next one.
+    pub fn recycle(&mut self, field: Field) {
+        let (values, codes) = field.into_arrays();
+        match values {
+            Values::U32(values) => self.in_u32.values = values,
+            Values::U64(values) => self.in_u64.values = values,
+            Values::F32(values) => self.in_f32.values = values,
+            Values::F64(values) => self.in_f64.values = values,
+        }
+        self.codes = codes;
+    }
+}
+
+/// Grids of fewer cells are planned by one thread if it is left to the solver.
+const CELLS_WORTH_THREADS: usize = 1 << 18;
+
+fn task<'a>(geometry: &GridGeometry, goals: &'a [u32], options: &PlanOptions) -> Task<'a> {
+    let GridGeometry { rows, cols, .. } = *geometry;
+    let threads = options.threads.unwrap_or_else(|| {
+        let many = rows * cols >= CELLS_WORTH_THREADS;
+        if many { std::thread::available_parallelism().map_or(1, usize::from) } else { 1 }
+    });
+    let start = options.start.map(|start| geometry.index(start) as u32);
+    let most = rows.div_ceil(64); // more threads than rows of tiles would stand in each other's way
+    Task {
+        rows,
+        cols,
+        goals,
+        start,
+        threads: threads.min(most),
+        simd: options.simd.unwrap_or_else(Simd::widest),
+    }
+}
+
+/// The field of a free grid in integers; None where one might be too large for the type.
+fn in_steps<T: TileCost>(
+    desk: &mut Desk<T>,
+    codes: &mut Vec<i8>,
+    free: &FreeBits,
+    [straight, diagonal]: [T; 2],
+    task: &Task<'_>,
+    options: &PlanOptions,
+) -> Option<Solved<T>> {
+    let (values, spare) = (std::mem::take(&mut desk.values), std::mem::take(codes));
+    let solved = if options.corner_cutting {
+        let links = FreeGrid::<T, true> { free, straight, diagonal };
+        solve(&mut desk.room, &links, task, values, spare)
+    } else {
+        let links = FreeGrid::<T, false> { free, straight, diagonal };
+        solve(&mut desk.room, &links, task, values, spare)
+    };
+    if solved.largest.sum(diagonal) < T::FAR {
+        return Some(solved);
+    }
+    *codes = solved.codes;
+    None
+}
+
+fn plan_costs<T: CellNumber + Native>(
+    desk: &mut Desk<T>,
+    codes: &mut Vec<i8>,
+    costs: &Grid<T>,
     goals: &[Cell],
     options: &PlanOptions,
 ) -> Result<Field, PlanError> {
-    let free = free_cells(costs)?;
-    let goal_indices = checked_goals(&costs.geometry, &free, goals, options)?;
-    let moves = Moves::new(&costs.geometry, &free, options.corner_cutting);
-    let link = |from: usize, to: usize, code: usize| costs.values[from].link(costs.values[to], code);
-    let values = heap(&moves, &goal_indices, link);
-    let codes = policy(&costs.geometry, &moves, &goal_indices, &values, link)?;
-    Ok(Field::new(costs.geometry, goals, values, 1.0, codes))
+    let [least, most] = checked_costs(costs)?;
+    let free = |index: usize| costs.values[index] < T::UNREACHABLE;
+    let goal_indices = checked_goals(&costs.geometry, goals, options, free)?;
+    let GridGeometry { rows, cols, .. } = costs.geometry;
+    let task = task(&costs.geometry, &goal_indices, options);
+    let (values, spare) = (std::mem::take(&mut desk.values), std::mem::take(codes));
+    let solved = if options.corner_cutting {
+        let links = MeanGrid::<T, true> { costs: &costs.values, rows, cols };
+        solve(&mut desk.room, &links, &task, values, spare)
+    } else {
+        let links = MeanGrid::<T, false> { costs: &costs.values, rows, cols };
+        solve(&mut desk.room, &links, &task, values, spare)
+    };
+    // If the cheapest link adds to the largest cost-to-go, every link adds to every one; and if the
+    // dearest link still fits, nothing became infinite on the way.
+    let adds = solved.largest.sum(least.link(least, false)) > solved.largest;
+    let fits = solved.largest.sum(most.link(most, true)) < T::UNREACHABLE;
+    let mut codes = solved.codes;
+    if !(adds && fits) {
+        let free: Vec<bool> = (0..costs.values.len()).map(free).collect();
+        let moves = Moves::new(&costs.geometry, &free, options.corner_cutting);
+        let link =
+            |from: usize, to: usize, code: usize| costs.values[from].link(costs.values[to], code % 2 == 1);
+        let most = task.start.map_or(T::UNREACHABLE, |start| solved.values[start as usize]);
+        codes = policy(&costs.geometry, &moves, &goal_indices, &solved.values, most, link)?;
+    }
+    Ok(Field::new(costs.geometry, goals, solved.values, 1.0, codes))
+}
+
+/// The least and the largest finite cost of a grid; refuses what is no cost.
+fn checked_costs<T: CellNumber>(costs: &Grid<T>) -> Result<[T; 2], PlanError> {
+    let mut all_positive = true;
+    let (mut least, mut most) = (T::UNREACHABLE, T::ZERO);
+    for &cost in &costs.values {
+        all_positive &= cost > T::ZERO; // not so for NaN
+        least = if cost < least { cost } else { least };
+        let finite = if cost < T::UNREACHABLE { cost } else { T::ZERO };
+        most = if finite > most { finite } else { most };
+    }
+    if all_positive { Ok([least, most]) } else { free_cells(costs).map(|_| [least, most]) }
 }
 
 /// Which cells of a cost grid may be entered; refuses what is no cost.
-pub(super) fn free_cells<C: CellCost>(costs: &Grid<C>) -> Result<Vec<bool>, PlanError> {
+pub(super) fn free_cells<C: CellNumber>(costs: &Grid<C>) -> Result<Vec<bool>, PlanError> {
     let mut free = Vec::with_capacity(costs.values.len());
     for (index, &cost) in costs.values.iter().enumerate() {
         let refused = cost.is_nan() || cost <= C::ZERO;
@@ -154,9 +295,9 @@ pub(super) fn free_cells<C: CellCost>(costs: &Grid<C>) -> Result<Vec<bool>, Plan
 /// The row-major indices of the goals, ascending, each once.
 fn checked_goals(
     geometry: &GridGeometry,
-    free: &[bool],
     goals: &[Cell],
     options: &PlanOptions,
+    free: impl Fn(usize) -> bool,
 ) -> Result<Vec<u32>, PlanError> {
     let GridGeometry { rows, cols, .. } = *geometry;
     if options.threads == Some(0) {
@@ -165,11 +306,17 @@ fn checked_goals(
     if geometry.is_empty() {
         return Err(PlanError::EmptyGrid { rows, cols });
     }
-    if free.len() > u32::MAX as usize {
-        return Err(PlanError::GridTooLarge { cells: free.len(), most: u32::MAX as usize });
+    if rows * cols > u32::MAX as usize {
+        return Err(PlanError::GridTooLarge { cells: rows * cols, most: u32::MAX as usize });
     }
     if goals.is_empty() {
         return Err(PlanError::NoGoal);
+    }
+    if let Some(simd) = options.simd.filter(|simd| !simd.is_available()) {
+        return Err(PlanError::SimdNotAvailable { simd, widest: Simd::widest() });
+    }
+    if let Some(Cell { row, col }) = options.start.filter(|start| start.row >= rows || start.col >= cols) {
+        return Err(PlanError::StartOutsideGrid { row: row as i64, col: col as i64, rows, cols });
     }
     let mut indices = goals
         .iter()
@@ -179,105 +326,12 @@ fn checked_goals(
                 return Err(PlanError::GoalOutsideGrid { row: outside(row), col: outside(col), rows, cols });
             }
             let index = row * cols + col;
-            if free[index] { Ok(index as u32) } else { Err(PlanError::GoalBlocked { row, col }) }
+            if free(index) { Ok(index as u32) } else { Err(PlanError::GoalBlocked { row, col }) }
         })
         .collect::<Result<Vec<_>, _>>()?;
     indices.sort_unstable();
     indices.dedup();
     Ok(indices)
-}
-
-/// Dijkstra's algorithm where links have only two lengths: cells leave in the order of their cost, so
-/// what enters each queue is in order too, and the cheapest cell is at one of the two heads.
-///
-/// None if a cost-to-go might not fit the type.
-fn two_queues<C: Cost>(moves: &Moves, goals: &[u32], steps: [C; 2]) -> Option<Vec<C>> {
-    let mut values = vec![C::UNREACHABLE; moves.len()];
-    let mut queues: [VecDeque<(C, u32)>; 2] = Default::default();
-    for &goal in goals {
-        values[goal as usize] = C::ZERO;
-        queues[0].push_back((C::ZERO, goal));
-    }
-    loop {
-        let nearest = match (queues[0].front(), queues[1].front()) {
-            (Some(straight), Some(diagonal)) => usize::from(diagonal.0 < straight.0),
-            (Some(_), None) => 0,
-            (None, Some(_)) => 1,
-            (None, None) => return Some(values),
-        };
-        let Some((value, cell)) = queues[nearest].pop_front() else { continue };
-        if values[cell as usize] < value {
-            continue; // a nearer way was found meanwhile
-        }
-        let through = [value.plus(steps[0])?, value.plus(steps[1])?];
-        for (code, neighbour) in moves.from(cell as usize) {
-            let candidate = through[code % 2];
-            if candidate < values[neighbour] {
-                values[neighbour] = candidate;
-                queues[code % 2].push_back((candidate, neighbour as u32));
-            }
-        }
-    }
-}
-
-/// Dijkstra's algorithm; `link(from, to, code)` costs the same both ways.
-fn heap<C: Cost>(moves: &Moves, goals: &[u32], link: impl Fn(usize, usize, usize) -> C) -> Vec<C> {
-    let mut values = vec![C::UNREACHABLE; moves.len()];
-    let mut open = BinaryHeap::new();
-    for &goal in goals {
-        values[goal as usize] = C::ZERO;
-        open.push(Reverse((C::ZERO.key(), goal)));
-    }
-    while let Some(Reverse((key, cell))) = open.pop() {
-        let value = values[cell as usize];
-        if value.key() < key {
-            continue;
-        }
-        for (code, neighbour) in moves.from(cell as usize) {
-            // A sum that overflows is left out here and refused by `policy`.
-            let Some(candidate) = value.plus(link(neighbour, cell as usize, code)) else { continue };
-            if candidate < values[neighbour] {
-                values[neighbour] = candidate;
-                open.push(Reverse((candidate.key(), neighbour as u32)));
-            }
-        }
-    }
-    values
-}
-
-/// The lowest code whose cell is strictly nearer and gives exactly the cost-to-go; -1 at goals and
-/// where there is no way.
-fn policy<C: Cost>(
-    geometry: &GridGeometry,
-    moves: &Moves,
-    goals: &[u32],
-    values: &[C],
-    link: impl Fn(usize, usize, usize) -> C,
-) -> Result<Vec<i8>, PlanError> {
-    let mut codes = vec![-1_i8; values.len()];
-    for (index, &value) in values.iter().enumerate() {
-        if value == C::UNREACHABLE {
-            if moves.from(index).any(|(_, neighbour)| values[neighbour] < C::UNREACHABLE) {
-                let Cell { row, col } = geometry.cell(index);
-                return Err(PlanError::CostToGoOverflow { row, col, precision: C::NAME });
-            }
-            continue;
-        }
-        let best = moves.from(index).find(|&(code, neighbour)| {
-            let ahead = values[neighbour];
-            ahead < value && ahead.plus(link(index, neighbour, code)) == Some(value)
-        });
-        match best {
-            Some((code, _)) => codes[index] = code as i8,
-            None if goals.binary_search(&(index as u32)).is_ok() => {}
-            None => {
-                let Cell { row, col } = geometry.cell(index);
-                let cost_to_go = value.to_f64();
-                return Err(PlanError::LinkCostAbsorbed { row, col, cost_to_go, precision: C::NAME });
-            }
-        }
-    }
-    Ok(codes)
 }
 
 #[cfg(test)]

@@ -1,0 +1,266 @@
+//! Links of grids where every cell has a cost: a link costs its length times the mean of its two cells.
+//!
+//! c = (a + b) · h with h = 1/2 straight and √2/2 aslant, the sum rounded, then the product; the same
+//! both ways.
+
+use super::SIDE;
+use super::finish::Around;
+use super::lanes::{LANES, Lanes, TileCost};
+use super::sweep::{Line, LineLinks, VECTORS};
+use super::visit::Links;
+
+/// Numbers from one line of costs to the next: a tile's width and a vector of margin on both sides.
+const PITCH: usize = SIDE + 2 * LANES;
+/// Lines of a tile and one around it.
+const LINES: usize = SIDE + 2;
+
+/// A float that cells may cost.
+pub trait CellNumber: TileCost {
+    /// Half the length of a straight move and of a diagonal one.
+    const HALF_LENGTHS: [Self; 2];
+    /// The cost of a move between cells of costs `self` and `other`.
+    fn link(self, other: Self, diagonal: bool) -> Self;
+}
+
+macro_rules! cell_number {
+    ($type:ident) => {
+        impl CellNumber for $type {
+            const HALF_LENGTHS: [Self; 2] = [0.5, std::f64::consts::FRAC_1_SQRT_2 as $type];
+            #[inline(always)]
+            fn link(self, other: Self, diagonal: bool) -> Self {
+                (self + other) * Self::HALF_LENGTHS[usize::from(diagonal)]
+            }
+        }
+    };
+}
+cell_number!(f32);
+cell_number!(f64);
+
+/// A grid of costs per unit length, infinite where blocked.
+pub struct MeanGrid<'a, T, const CUT: bool> {
+    /// Row-major.
+    pub costs: &'a [T],
+    /// Rows.
+    pub rows: usize,
+    /// Columns.
+    pub cols: usize,
+}
+
+impl<T: CellNumber, const CUT: bool> MeanGrid<'_, T, CUT> {
+    fn cost(&self, row: isize, col: isize) -> T {
+        let inside = (0..self.rows as isize).contains(&row) && (0..self.cols as isize).contains(&col);
+        if inside { self.costs[row as usize * self.cols + col as usize] } else { T::FAR }
+    }
+
+    fn tile_corner(&self, tile: usize) -> (usize, usize) {
+        let across = self.cols.div_ceil(SIDE);
+        (tile / across * SIDE, tile % across * SIDE)
+    }
+
+    /// Copies the costs of a tile and of the cells around it; infinite outside the grid.
+    fn copy_costs(&self, tile: usize, to: &mut Sheet<T>) {
+        let (first_row, first_col) = self.tile_corner(tile);
+        for line in 0..LINES {
+            let numbers = &mut to.0[line * PITCH..(line + 1) * PITCH];
+            let row = (first_row + line).wrapping_sub(1);
+            if row >= self.rows {
+                numbers.fill(T::FAR);
+                continue;
+            }
+            let costs = &self.costs[row * self.cols..(row + 1) * self.cols];
+            let inside = &costs[first_col..(first_col + SIDE + 1).min(self.cols)];
+            numbers[LANES..LANES + inside.len()].copy_from_slice(inside);
+            numbers[LANES + inside.len()..].fill(T::FAR);
+            numbers[LANES - 1] = if first_col > 0 { costs[first_col - 1] } else { T::FAR };
+        }
+    }
+}
+
+/// Numbers of the cells of a tile and around it: cell (row, col) at `(row + 1) * PITCH + LANES + col`.
+#[repr(align(64))]
+struct Sheet<T>([T; LINES * PITCH]);
+
+/// What the links into each line from the line before it cost; number `LANES + col` of each line.
+///
+/// A link costs the same both ways, so those from the line behind are the next line's, moved.
+#[repr(align(64))]
+pub struct MeanLinks<T> {
+    straight: [T; LINES * PITCH],
+    /// From the column before.
+    from_left: [T; LINES * PITCH],
+    /// From the column behind.
+    from_right: [T; LINES * PITCH],
+}
+
+impl<T: CellNumber> MeanLinks<T> {
+    #[inline(always)]
+    unsafe fn fill<L: Lanes<Number = T>, const CUT: bool>(&mut self, costs: &Sheet<T>) {
+        let [half, slant] = T::HALF_LENGTHS.map(L::splat);
+        let far = L::splat(T::FAR);
+        for line in 1..LINES {
+            // One vector more: the moved links reach one column out of the tile.
+            for k in 1..VECTORS + 2 {
+                let at = line * PITCH + k * LANES;
+                let cost = |at: usize| unsafe { L::load(costs.0.as_ptr().add(at)) };
+                let (here, above) = (cost(at), cost(at - PITCH));
+                let (left, above_left) = (cost(at - 1), cost(at - PITCH - 1));
+                let aslant = |other: L, here: L, side: L, other_side: L| {
+                    let cost = here.plus(other).times(slant);
+                    if CUT { cost } else { cost.where_else(side.max(other_side).less(far), far) }
+                };
+                let from_left = aslant(above_left, here, above, left);
+                // The other diagonal of the same square: from `above` to `left`.
+                let to_left = aslant(above, left, above_left, here);
+                unsafe {
+                    here.plus(above).times(half).store(self.straight.as_mut_ptr().add(at));
+                    from_left.store(self.from_left.as_mut_ptr().add(at));
+                    to_left.store(self.from_right.as_mut_ptr().add(at - 1));
+                }
+            }
+        }
+    }
+}
+
+impl<L: Lanes> LineLinks<L> for MeanLinks<L::Number>
+where
+    L::Number: CellNumber,
+{
+    #[inline(always)]
+    fn lower<const FORWARD: bool>(&self, to: usize, before: &Line<L>, line: &mut Line<L>) -> u64 {
+        let far = L::splat(L::Number::FAR);
+        let mut changed = 0;
+        for k in 0..VECTORS {
+            let at = (if FORWARD { to } else { to + 1 }) * PITCH + (k + 1) * LANES;
+            // SAFETY: all arrays hold LINES lines of PITCH numbers.
+            let (straight, from_left, from_right) = unsafe {
+                let straight = L::load(self.straight.as_ptr().add(at));
+                if FORWARD {
+                    (
+                        straight,
+                        L::load(self.from_left.as_ptr().add(at)),
+                        L::load(self.from_right.as_ptr().add(at)),
+                    )
+                } else {
+                    let from_left = L::load(self.from_right.as_ptr().add(at - 1));
+                    (straight, from_left, L::load(self.from_left.as_ptr().add(at + 1)))
+                }
+            };
+            let left = before[k].after(if k > 0 { before[k - 1] } else { far }).plus(from_left);
+            let right = before[k].ahead(if k + 1 < VECTORS { before[k + 1] } else { far }).plus(from_right);
+            let offered = before[k].plus(straight).min(left.min(right));
+            changed |= u64::from(offered.less(line[k])) << (k * LANES);
+            line[k] = line[k].min(offered);
+        }
+        changed
+    }
+}
+
+/// The links of a tile.
+pub struct MeanDesk<T> {
+    costs: Box<Sheet<T>>,
+    turned: Box<Sheet<T>>,
+    rows: Box<MeanLinks<T>>,
+    cols: Box<MeanLinks<T>>,
+}
+
+impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
+    type Number = T;
+    type Desk<L: Lanes<Number = T>> = MeanDesk<T>;
+    type Lines<L: Lanes<Number = T>> = MeanLinks<T>;
+
+    fn desk<L: Lanes<Number = T>>(&self) -> Self::Desk<L> {
+        let far = [T::FAR; LINES * PITCH];
+        let links = || Box::new(MeanLinks { straight: far, from_left: far, from_right: far });
+        MeanDesk { costs: Box::new(Sheet(far)), turned: Box::new(Sheet(far)), rows: links(), cols: links() }
+    }
+
+    #[inline(always)]
+    fn lay_out<L: Lanes<Number = T>>(&self, tile: usize, desk: &mut Self::Desk<L>) {
+        self.copy_costs(tile, &mut desk.costs);
+        let (costs, turned) = (&desk.costs.0, &mut desk.turned.0);
+        let inside = |row: usize, col: usize| (row + 1) * PITCH + LANES + col;
+        for row in (0..SIDE).step_by(LANES) {
+            for col in (0..SIDE).step_by(LANES) {
+                // SAFETY: both sheets hold the tile.
+                unsafe {
+                    let (from, to) =
+                        (costs.as_ptr().add(inside(row, col)), turned.as_mut_ptr().add(inside(col, row)));
+                    L::transpose(from, PITCH, to, PITCH);
+                }
+            }
+        }
+        for i in 0..LINES {
+            let (first, last) = (LANES - 1, LANES + SIDE); // columns just outside the tile
+            turned[LANES - 1 + i] = costs[i * PITCH + first];
+            turned[(LINES - 1) * PITCH + LANES - 1 + i] = costs[i * PITCH + last];
+            turned[i * PITCH + first] = costs[LANES - 1 + i];
+            turned[i * PITCH + last] = costs[(LINES - 1) * PITCH + LANES - 1 + i];
+        }
+        unsafe {
+            desk.rows.fill::<L, CUT>(&desk.costs);
+            desk.cols.fill::<L, CUT>(&desk.turned);
+        }
+    }
+
+    #[inline(always)]
+    fn rows<L: Lanes<Number = T>>(desk: &Self::Desk<L>) -> &Self::Lines<L> {
+        &desk.rows
+    }
+
+    #[inline(always)]
+    fn cols<L: Lanes<Number = T>>(desk: &Self::Desk<L>) -> &Self::Lines<L> {
+        &desk.cols
+    }
+
+    fn corner(&self, tile: usize, down: bool, right: bool) -> T {
+        let (row, col) = self.tile_corner(tile);
+        let row = (if down { row + SIDE - 1 } else { row }) as isize;
+        let col = (if right { col + SIDE - 1 } else { col }) as isize;
+        let (beyond_row, beyond_col) =
+            (if down { row + 1 } else { row - 1 }, if right { col + 1 } else { col - 1 });
+        let far = T::FAR;
+        let sides = CUT || self.cost(row, beyond_col) < far && self.cost(beyond_row, col) < far;
+        if sides { self.cost(row, col).link(self.cost(beyond_row, beyond_col), true) } else { far }
+    }
+
+    #[inline(always)]
+    fn lay_out_policy<L: Lanes<Number = T>>(&self, tile: usize, desk: &mut Self::Desk<L>) {
+        self.copy_costs(tile, &mut desk.costs);
+    }
+
+    #[inline(always)]
+    fn on_the_way<L: Lanes<Number = T>>(
+        &self,
+        desk: &Self::Desk<L>,
+        row: usize,
+        k: usize,
+        around: &Around<L>,
+    ) -> [u16; 8] {
+        let [half, slant] = T::HALF_LENGTHS.map(L::splat);
+        let far = L::splat(T::FAR);
+        let at = (row + 1) * PITCH + (k + 1) * LANES;
+        // SAFETY: the sheet holds the tile and a margin around it.
+        let cost = |at: usize| unsafe { L::load(desk.costs.0.as_ptr().add(at)) };
+        let here = cost(at);
+        let there = [
+            at + 1,
+            at + PITCH + 1,
+            at + PITCH,
+            at + PITCH - 1,
+            at - 1,
+            at - PITCH - 1,
+            at - PITCH,
+            at - PITCH + 1,
+        ]
+        .map(cost);
+        let mut masks = [0; 8];
+        for code in 0..8 {
+            let length = if code % 2 == 0 { half } else { slant };
+            masks[code] = around.there[code].plus(here.plus(there[code]).times(length)).equal(around.here);
+            if code % 2 == 1 && !CUT {
+                masks[code] &= there[code - 1].max(there[(code + 1) % 8]).less(far);
+            }
+        }
+        masks
+    }
+}

@@ -1,0 +1,31 @@
+//! The production solver for grids: square tiles, each settled by sweeps, that wake one another until
+//! nothing changes. It is the paper's idea, layers that are worked on until no cost falls
+//! [Maalouf06 §3.2], with tiles for layers.
+
+#![allow(unsafe_code)] // vector instructions and tiles shared between threads
+
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+mod avx512;
+mod bits;
+mod board;
+mod finish;
+mod free;
+mod lanes;
+mod level;
+mod mean;
+mod queue;
+mod run;
+mod sweep;
+mod visit;
+
+pub use bits::FreeBits;
+pub use free::FreeGrid;
+pub use lanes::TileCost;
+pub use level::Simd;
+pub use mean::{CellNumber, MeanGrid};
+pub use run::{Room, Solved, Task, solve};
+
+/// Rows and columns of a tile.
+const SIDE: usize = 64;

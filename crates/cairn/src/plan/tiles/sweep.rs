@@ -1,0 +1,231 @@
+//! The field inside one tile: sweeps over its lines until nothing changes.
+//!
+//! A line (a row, or a column where the tile is turned about its diagonal) takes over what its
+//! neighbour line offers, straight and aslant. The four sweeps (rows down, rows up, columns right,
+//! columns left) cover all eight moves; each update is one link, added once, as Dijkstra adds it.
+
+use super::lanes::{LANES, Lanes, TileCost};
+use super::{SIDE, bits::Lines};
+
+/// Vectors in a line of a tile.
+pub const VECTORS: usize = SIDE / LANES;
+/// A line of a tile.
+pub type Line<L> = [L; VECTORS];
+/// Numbers of a tile.
+pub const CELLS: usize = SIDE * SIDE;
+
+/// What the links between neighbouring lines of a tile cost.
+pub trait LineLinks<L: Lanes> {
+    /// Lowers `line`, which is line `to - 1` of the tile, to what `before` offers: the line before it
+    /// (`FORWARD`) or behind it. Lines 0 and SIDE + 1 are those outside the tile. Returns the columns
+    /// that fell.
+    fn lower<const FORWARD: bool>(&self, to: usize, before: &Line<L>, line: &mut Line<L>) -> u64;
+}
+
+/// Links between free cells, of two lengths.
+pub struct FreeLinks<L, const CUT: bool> {
+    /// Free cells of the lines.
+    pub free: Lines,
+    /// Cost of a straight link.
+    pub straight: L,
+    /// Cost of a diagonal link.
+    pub diagonal: L,
+}
+
+impl<L: Lanes, const CUT: bool> LineLinks<L> for FreeLinks<L, CUT> {
+    #[inline(always)]
+    fn lower<const FORWARD: bool>(&self, to: usize, before: &Line<L>, line: &mut Line<L>) -> u64 {
+        let free = self.free[to];
+        let free_before = self.free[if FORWARD { to - 1 } else { to + 1 }];
+        // Aslant from the column before, and from the one behind: both side cells free.
+        let both = if CUT { free } else { free & free_before };
+        let (from_left, from_right) = if CUT { (free, free) } else { (both & free << 1, both & free >> 1) };
+        let far = L::splat(L::Number::FAR);
+        let mut changed = 0;
+        for k in 0..VECTORS {
+            let part = |mask: u64| (mask >> (k * LANES)) as u16;
+            let left = before[k].after(if k > 0 { before[k - 1] } else { far });
+            let right = before[k].ahead(if k + 1 < VECTORS { before[k + 1] } else { far });
+            let straight = before[k].plus(self.straight);
+            let left = left.plus(self.diagonal).where_else(part(from_left), far);
+            let right = right.plus(self.diagonal).where_else(part(from_right), far);
+            let offered = straight.min(left.min(right));
+            let fell = offered.less(line[k]) & part(free);
+            line[k] = offered.where_else(fell, line[k]);
+            changed |= u64::from(fell) << (k * LANES);
+        }
+        changed
+    }
+}
+
+/// Links of a tile whose cells are all free.
+pub struct OpenLinks<L> {
+    /// Cost of a straight link.
+    pub straight: L,
+    /// Cost of a diagonal link.
+    pub diagonal: L,
+}
+
+impl<L: Lanes> LineLinks<L> for OpenLinks<L> {
+    #[inline(always)]
+    fn lower<const FORWARD: bool>(&self, _: usize, before: &Line<L>, line: &mut Line<L>) -> u64 {
+        let far = L::splat(L::Number::FAR);
+        let mut changed = 0;
+        for k in 0..VECTORS {
+            let left = before[k].after(if k > 0 { before[k - 1] } else { far });
+            let right = before[k].ahead(if k + 1 < VECTORS { before[k + 1] } else { far });
+            let offered = left.min(right).plus(self.diagonal).min(before[k].plus(self.straight));
+            changed |= u64::from(offered.less(line[k])) << (k * LANES);
+            line[k] = line[k].min(offered);
+        }
+        changed
+    }
+}
+
+/// # Safety
+/// `values` holds a tile; the level of `L` is enabled.
+#[inline(always)]
+pub unsafe fn load_line<L: Lanes>(values: *const L::Number, line: usize) -> Line<L> {
+    std::array::from_fn(|k| unsafe { L::load(values.add(line * SIDE + k * LANES)) })
+}
+
+/// # Safety
+/// `values` holds a tile; the level of `L` is enabled.
+#[inline(always)]
+pub unsafe fn store_line<L: Lanes>(values: *mut L::Number, line: usize, numbers: &Line<L>) {
+    for (k, numbers) in numbers.iter().enumerate() {
+        unsafe { numbers.store(values.add(line * SIDE + k * LANES)) };
+    }
+}
+
+/// Lines and columns of a tile, a bit each.
+#[derive(Clone, Copy, Default)]
+pub struct Marks {
+    /// Lines with a cell that fell.
+    pub lines: u64,
+    /// Columns with a cell that fell.
+    pub across: u64,
+}
+
+/// Carries the marked lines of a tile forward (or backward) as far as anything falls.
+///
+/// # Safety
+/// `values` holds a tile; the level of `L` is enabled.
+#[inline(always)]
+pub unsafe fn sweep<const FORWARD: bool, L: Lanes, K: LineLinks<L>>(
+    values: *mut L::Number,
+    links: &K,
+    mut dirty: u64,
+) -> Marks {
+    let last = if FORWARD { SIDE - 1 } else { 0 };
+    let mut fell = Marks::default();
+    dirty &= !(1 << last);
+    while dirty != 0 {
+        let mut at = if FORWARD { dirty.trailing_zeros() } else { 63 - dirty.leading_zeros() } as usize;
+        let mut before = unsafe { load_line::<L>(values, at) };
+        loop {
+            dirty &= !(1 << at);
+            if at == last {
+                break;
+            }
+            at = if FORWARD { at + 1 } else { at - 1 };
+            let mut line = unsafe { load_line::<L>(values, at) };
+            let changed = links.lower::<FORWARD>(at + 1, &before, &mut line);
+            if changed != 0 {
+                unsafe { store_line(values, at, &line) };
+                fell.lines |= 1 << at;
+                fell.across |= changed;
+            } else if dirty & 1 << at == 0 {
+                break;
+            }
+            before = line;
+        }
+    }
+    fell
+}
+
+/// What still has to be carried on, by direction of the sweep.
+#[derive(Clone, Copy, Default)]
+pub struct Dirty {
+    /// Rows, downward (to higher rows).
+    pub down: u64,
+    /// Rows, upward.
+    pub up: u64,
+    /// Columns, to the right.
+    pub right: u64,
+    /// Columns, to the left.
+    pub left: u64,
+}
+
+impl Dirty {
+    /// Everything.
+    pub const ALL: Self = Self { down: !0, up: !0, right: !0, left: !0 };
+
+    /// Marks the rows and columns that fell.
+    #[inline(always)]
+    pub fn mark(&mut self, rows: u64, cols: u64) {
+        self.down |= rows;
+        self.up |= rows;
+        self.right |= cols;
+        self.left |= cols;
+    }
+}
+
+/// Copies a tile turned about its diagonal.
+///
+/// # Safety
+/// Both hold a tile, apart from each other; the level of `L` is enabled.
+#[inline(always)]
+pub unsafe fn turn<L: Lanes>(from: *const L::Number, to: *mut L::Number) {
+    for row in (0..SIDE).step_by(LANES) {
+        for col in (0..SIDE).step_by(LANES) {
+            unsafe { L::transpose(from.add(row * SIDE + col), SIDE, to.add(col * SIDE + row), SIDE) };
+        }
+    }
+}
+
+/// Sweeps until nothing is dirty; returns every row and column with a cell that fell.
+///
+/// # Safety
+/// `values` and `turned` hold a tile each; the level of `L` is enabled.
+#[inline(always)]
+pub unsafe fn settle<L: Lanes, K: LineLinks<L>>(
+    values: *mut L::Number,
+    turned: *mut L::Number,
+    rows: &K,
+    cols: &K,
+    mut dirty: Dirty,
+) -> Marks {
+    let mut fell = Marks::default();
+    loop {
+        let down = unsafe { sweep::<true, L, K>(values, rows, std::mem::take(&mut dirty.down)) };
+        dirty.up |= down.lines;
+        dirty.right |= down.across;
+        dirty.left |= down.across;
+        let up = unsafe { sweep::<false, L, K>(values, rows, std::mem::take(&mut dirty.up)) };
+        dirty.down |= up.lines;
+        dirty.right |= up.across;
+        dirty.left |= up.across;
+        fell.lines |= down.lines | up.lines;
+        fell.across |= down.across | up.across;
+        if dirty.right & !(1 << (SIDE - 1)) | dirty.left & !1 == 0 {
+            if dirty.down & !(1 << (SIDE - 1)) | dirty.up & !1 == 0 {
+                return fell;
+            }
+            continue;
+        }
+        unsafe { turn::<L>(values, turned) };
+        let right = unsafe { sweep::<true, L, K>(turned, cols, std::mem::take(&mut dirty.right)) };
+        dirty.left |= right.lines;
+        let left = unsafe { sweep::<false, L, K>(turned, cols, std::mem::take(&mut dirty.left)) };
+        dirty.right |= left.lines;
+        let across = right.across | left.across;
+        if across != 0 {
+            unsafe { turn::<L>(turned, values) };
+            dirty.down |= across;
+            dirty.up |= across;
+            fell.lines |= across;
+            fell.across |= right.lines | left.lines;
+        }
+    }
+}
