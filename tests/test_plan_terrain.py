@@ -298,6 +298,13 @@ def test_several_goals_are_the_least_of_each_and_threads_change_nothing():
         np.testing.assert_array_equal(both.next_node, again.next_node)
 
 
+def test_a_path_over_terrain_is_not_straightened():
+    field = cairn.plan_terrain(np.zeros((3, 4)), 1.0, (0, 0), "tobler")
+    with pytest.raises(cairn.errors.AnyAngleNotPriced):
+        field.path((2, 3), any_angle=True)
+    assert len(field.path((2, 3), any_angle=False)) == 4
+
+
 def test_models_by_name_are_those_with_defaults():
     elevation = fractal(np.random.default_rng(16), 12, 9, 5.0)
     named = {
