@@ -16,7 +16,7 @@ P3AT = {
     "rolling_resistance": 0.08,
     "roughness_resistance": 1.0,
     "max_speed_mps": 0.7,
-    "roughness_slowdown": 10.0,
+    "roughness_slowdown": 5.0,
     "drive_power_w": 20.0,
     "drive_efficiency": 0.5,
     "hotel_power_w": 30.0,

@@ -263,10 +263,10 @@ def test_roughness_is_nought_on_every_plane_and_tells_how_far_a_cell_sticks_out(
 
 def test_rough_ground_is_gone_around_or_shut():
     flat, rough = np.zeros((9, 9)), np.zeros((9, 9))
-    rough[1:8, 4] = 0.5
+    rough[1:8, 4] = 0.9
     field = cairn.plan_terrain(flat, 1.0, (4, 8), "p3at_time", roughness=rough)
     assert not (rough[tuple(field.path((4, 0)).T)] > 0).any()
-    rough[:, 4] = 0.5
+    rough[:, 4] = 0.9
     field = cairn.plan_terrain(flat, 1.0, (4, 8), "p3at_time", roughness=rough)
     assert np.isfinite(field.cost_to_go[4, 0])
     for shut in (terrain.P3ATTime(max_roughness=0.4), terrain.Tobler(max_roughness=0.4)):

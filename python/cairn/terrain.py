@@ -93,7 +93,7 @@ class P3ATTime(_P3ATModel):
             0.04 on loose gravel, 0.1 to 0.2 on sand [Carvill93].
         roughness_resistance: κ; 1: every bump is climbed, and braked down behind it (ours).
         max_speed_mps: v, 0.7, datasheet.
-        roughness_slowdown: σ; 10: bumps a tenth as high as long halve the speed (ours).
+        roughness_slowdown: σ; 5: bumps a fifth as high as long halve the speed (ours).
         drive_power_w: P, mechanical. Not published; 20 (ours) gives full speed up to a 16 % grade
             and 0.42 m/s at 35 %; climbing on, by `P3ATEnergy`'s defaults, then empties three
             batteries (259 Wh) in 3.7 h; the guide says 2 to 4 h.

@@ -228,9 +228,9 @@ mod tests {
         // 30 % down: the brakes hold; sqrt(109) m at 0.7 m/s.
         near(time.link::<false>(-3.0, 0.0, 0.0), 14.914_723);
         near(energy.link::<false>(-3.0, 0.0, 0.0), 30.0 * 14.914_723);
-        // Roughness 0.1 halves the speed and adds 0.1 to the resistance.
-        near(time.link::<false>(0.0, 0.1, 0.1), 28.571_429);
-        near(energy.link::<false>(0.0, 0.1, 0.1), 30.0 * 28.571_429 + 117.6798 * 1.8 / 0.5);
+        // Roughness 0.2 halves the speed and adds 0.2 to the resistance.
+        near(time.link::<false>(0.0, 0.2, 0.2), 28.571_429);
+        near(energy.link::<false>(0.0, 0.2, 0.2), 30.0 * 28.571_429 + 117.6798 * 2.8 / 0.5);
         near(energy.link::<true>(0.0, 0.0, 0.0), SQRT_2 * (30.0 * 14.285_714 + 94.143_84 / 0.5));
     }
 }

@@ -37,7 +37,7 @@ pub struct P3at {
     pub roughness_resistance: f64,
     /// v: greatest speed \[m/s\]: 0.7, datasheet.
     pub max_speed_mps: f64,
-    /// σ: how roughness slows. 10: ground with bumps a tenth as high as they are long halves the speed (ours).
+    /// σ: how roughness slows. 5: ground with bumps a fifth as high as they are long halves the speed (ours).
     pub roughness_slowdown: f64,
     /// P: mechanical power of the drive \[W\]. Not published; 20 (ours) gives full speed up to a grade of 16 % and
     /// 0.42 m/s at 35 %; climbing on then empties three batteries (259 Wh) in 3.7 h, the guide says 2 to 4 h.
@@ -66,7 +66,7 @@ impl Default for P3at {
             rolling_resistance: 0.08,
             roughness_resistance: 1.0,
             max_speed_mps: 0.7,
-            roughness_slowdown: 10.0,
+            roughness_slowdown: 5.0,
             drive_power_w: 20.0,
             drive_efficiency: 0.5,
             hotel_power_w: 30.0,
