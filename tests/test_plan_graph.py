@@ -93,6 +93,39 @@ def test_every_engine_equals_dijkstra_and_its_pointers_walk_the_field(answered, 
     assert all(result.operations <= result.operations_worst_case for result in results)
 
 
+@pytest.mark.parametrize("engine", ["levelled", "in_place"])
+@pytest.mark.parametrize("schedule", ["fronts", "wavefront"])
+def test_threads_and_schedules_give_the_serial_engines_bits(engine, schedule):
+    rng = np.random.default_rng(12)
+    for kind in KINDS:
+        for _ in range(60):
+            case = random_graph(rng, kind, most_nodes=40)
+            how = {"engine": engine, "record_walks": True, "record_sequence": True}
+            serial = cairn.plan_layered(*case.csr, case.goals, **how)
+            for threads in (1, 2, 4):
+                several = cairn.plan_layered(
+                    *case.csr, case.goals, **how, threads=threads, schedule=schedule
+                )
+                for name, value in vars(serial).items():
+                    np.testing.assert_array_equal(getattr(several, name), value)
+
+
+def test_a_trace_tells_when_each_task_ran_and_what_it_waited_for():
+    result = cairn.plan_layered(
+        *chain(3), 0, max_levels=5, early_stop=False, threads=2, record_trace=True
+    )
+    trace = result.trace
+    assert trace.waits == [[(1, 1), (2, 1)], [(1, 0), (2, 1), (3, 1)], [(2, 0), (3, 1)]]
+    tasks = list(zip(trace.level.tolist(), trace.layer.tolist(), strict=True))
+    assert sorted(tasks) == [(i, j) for i in range(1, 6) for j in range(1, min(i, 3) + 1)]
+    assert (trace.begin_ns <= trace.end_ns).all()
+    begin, end = (dict(zip(tasks, t, strict=True)) for t in (trace.begin_ns, trace.end_ns))
+    for (level, layer), began in begin.items():
+        for other, lag in trace.waits[layer - 1]:
+            if (level - lag, other) in end and (level - lag, other) != (level, layer):
+                assert end[level - lag, other] <= began
+
+
 def test_layers_are_the_least_number_of_links_to_a_goal(answered):
     cases, whole, _ = answered
     results = [cairn.plan_layered(*case.csr, case.goals, engine="classical") for case in cases]
@@ -395,6 +428,10 @@ def test_bad_options_starts_and_edges_are_refused_by_name():
         cairn.plan_layered(*GOOD, 0, max_levels=0)
     with pytest.raises(cairn.errors.UnknownPlanOption, match="'quick'"):
         cairn.plan_layered(*GOOD, 0, engine="quick")
+    with pytest.raises(cairn.errors.UnknownPlanOption, match="'soon'"):
+        cairn.plan_layered(*GOOD, 0, threads=2, schedule="soon")
+    with pytest.raises(cairn.errors.NoThreads):
+        cairn.plan_layered(*GOOD, 0, threads=0)
     with pytest.raises(cairn.errors.NoThreads):
         cairn.plan_graph(*GOOD, 0, threads=0)
     with pytest.raises(cairn.errors.StartNotANode):

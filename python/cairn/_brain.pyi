@@ -305,9 +305,13 @@ def transitions() -> list[tuple[str, str, str, str]]:
 Links = NDArray[np.int64] | NDArray[np.uint64] | NDArray[np.float32] | NDArray[np.float64]
 
 def plan_graph(
-    indptr: NDArray[np.int64], indices: NDArray[np.int64], costs: Links, goals: list[int]
+    indptr: NDArray[np.int64],
+    indices: NDArray[np.int64],
+    costs: Links,
+    goals: list[int],
+    threads: int | None,
 ) -> tuple[NDArray[Any], NDArray[np.int64]]:
-    """Cost-to-go in its own type and next node or -1 of every node, by Dijkstra's algorithm."""
+    """Cost-to-go in its own type and next node or -1 of every node."""
 
 def plan_layered(
     indptr: NDArray[np.int64],
@@ -319,6 +323,9 @@ def plan_layered(
     early_stop: bool,
     record_sequence: bool,
     record_walks: bool,
+    threads: int | None,
+    schedule: str,
+    record_trace: bool,
 ) -> dict[str, Any]:
     """Run the layered planner of the paper; the fields of `LayeredResult` by name."""
 

@@ -26,6 +26,7 @@ from cairn.arguments import (
 from cairn.planning import Precision, Steps
 
 Engine = Literal["classical", "phased", "levelled", "in_place"]
+Schedule = Literal["fronts", "wavefront"]
 Csr = tuple[npt.NDArray[np.int64], npt.NDArray[np.int64], npt.NDArray[Any]]
 
 
@@ -73,6 +74,26 @@ class GraphField:
 
 
 @dataclass(frozen=True, eq=False)
+class Trace:
+    """When each task of the layered planner's task graph ran; a task is one layer at one level.
+
+    Args:
+        level, layer, thread: int64 (tasks,), in order of their ends. Levels beyond the last
+            may have been begun.
+        begin_ns, end_ns: int64 (tasks,) times since the start of the call [ns].
+        waits: for each layer 1..K the (layer, lag) that its task at level i waits for: that layer's
+            task at level i - lag.
+    """
+
+    level: npt.NDArray[np.int64]
+    layer: npt.NDArray[np.int64]
+    thread: npt.NDArray[np.int64]
+    begin_ns: npt.NDArray[np.int64]
+    end_ns: npt.NDArray[np.int64]
+    waits: list[list[tuple[int, int]]]
+
+
+@dataclass(frozen=True, eq=False)
 class LayeredResult:
     """What the layered planner found, and what it did for it.
 
@@ -98,6 +119,7 @@ class LayeredResult:
         operations_worst_case_equation_4: the same for `max_levels`.
         sequence: (level, i, j) of every DP(i, j) in order, j = 0 the goal layer, if recorded.
         walks: (levels, nodes) n_i, the best walk of exactly i links, if recorded (levelled engine).
+        trace: when each task ran, if recorded (levelled and in-place engines with `threads`).
     """
 
     native: npt.NDArray[Any]
@@ -115,6 +137,7 @@ class LayeredResult:
     operations_worst_case_equation_4: int | None
     sequence: list[tuple[int, int, int]] | None
     walks: npt.NDArray[Any] | None
+    trace: Trace | None
 
     @property
     def cost_to_go(self) -> npt.NDArray[np.float64]:
@@ -175,6 +198,9 @@ def plan_layered(
     early_stop: bool = True,
     record_sequence: bool = False,
     record_walks: bool = False,
+    threads: int | None = None,
+    schedule: Schedule = "wavefront",
+    record_trace: bool = False,
 ) -> LayeredResult:
     """Plan by the paper's layers and levels: the reference, not the fast way.
 
@@ -188,13 +214,23 @@ def plan_layered(
         early_stop: stop after a level beyond K that changed nothing (§3.4).
         record_sequence: keep every DP(i, j) in order.
         record_walks: keep n_i of every level; levelled engine only.
+        threads: threads that share the work of the levelled or the in-place engine as a task graph
+            [Maalouf06 §3.3]; None: the serial engine. The other engines are serial. The result does
+            not depend on it, not by a bit.
+        schedule: in what order threads take the work. "fronts": (a), one level after the other, all
+            its layers at once (in place: all of level i, layer j with equal (r + 1) i + j, r the
+            greatest rise). "wavefront": (b), every layer of every level as soon as what it reads is
+            final.
+        record_trace: keep when each task ran, and on which thread.
 
     Raises:
         NoLevels: `max_levels` is less than 1.
-        UnknownPlanOption: there is no such engine.
+        NoThreads: `threads` is zero.
+        UnknownPlanOption: there is no such engine or schedule, or `threads` is no whole number.
         CairnError: whatever `plan_graph` refuses.
     """
     checked_choice("engine", engine, ("classical", "phased", "levelled", "in_place"))
+    checked_choice("schedule", schedule, ("fronts", "wavefront"))
     most = None if max_levels is None else max(whole_number(max_levels), 0)
     found = _brain.plan_layered(
         *_checked(indptr, indices, costs),
@@ -204,8 +240,12 @@ def plan_layered(
         early_stop,
         record_sequence,
         record_walks,
+        checked_threads(threads),
+        schedule,
+        record_trace,
     )
-    return LayeredResult(**found)
+    trace = found.pop("trace")
+    return LayeredResult(**found, trace=None if trace is None else Trace(**trace))
 
 
 def grid_graph(

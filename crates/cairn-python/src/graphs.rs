@@ -1,7 +1,12 @@
 //! Planning on graphs, and the paper's layered planner.
 
+use std::time::Instant;
+
 use cairn::geometry::Pose2;
-use cairn::plan::{self, Cost, Engine, Graph, GraphCost, LayeredOptions, PlanError, PlanOptions, Steps};
+use cairn::plan::layered::{Timed, Trace, Wait};
+use cairn::plan::{
+    self, Cost, Engine, Graph, GraphCost, LayeredOptions, PlanError, PlanOptions, Schedule, Steps,
+};
 use cairn::world::Grid;
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -94,6 +99,9 @@ fn plan_layered<'py>(
     early_stop: bool,
     record_sequence: bool,
     record_walks: bool,
+    threads: Option<usize>,
+    schedule: &str,
+    record_trace: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let engine = match engine {
         "classical" => Engine::Classical,
@@ -101,11 +109,13 @@ fn plan_layered<'py>(
         "levelled" => Engine::Levelled,
         _ => Engine::InPlace, // the body has checked the name
     };
-    let options = LayeredOptions { engine, max_levels, early_stop, record_sequence, record_walks };
+    let schedule = if schedule == "fronts" { Schedule::Fronts } else { Schedule::Wavefront };
+    let options =
+        LayeredOptions { engine, max_levels, early_stop, record_sequence, record_walks, threads, schedule };
     match &graph_of(indptr, indices, costs)? {
-        AnyGraph::U64(graph) => layered(py, graph, goals, &options),
-        AnyGraph::F32(graph) => layered(py, graph, goals, &options),
-        AnyGraph::F64(graph) => layered(py, graph, goals, &options),
+        AnyGraph::U64(graph) => layered(py, graph, goals, &options, record_trace),
+        AnyGraph::F32(graph) => layered(py, graph, goals, &options, record_trace),
+        AnyGraph::F64(graph) => layered(py, graph, goals, &options, record_trace),
     }
 }
 
@@ -114,10 +124,21 @@ fn layered<'py, C: Cost + Element>(
     graph: &Graph<C>,
     goals: Vec<i64>,
     options: &LayeredOptions,
+    record_trace: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
     let goals = nodes_of(goals, graph.nodes())?;
-    let plan = py.detach(|| plan::plan_layered(graph, &goals, options)).map_err(|e| to_python(&e))?;
+    let began = Instant::now();
+    let clock = || began.elapsed().as_nanos() as u64;
+    let found = py.detach(|| {
+        if record_trace {
+            return plan::trace_layered(graph, &goals, options, &clock)
+                .map(|(plan, trace)| (plan, Some(trace)));
+        }
+        plan::plan_layered(graph, &goals, options).map(|plan| (plan, None))
+    });
+    let (plan, trace) = found.map_err(|e| to_python(&e))?;
     let result = PyDict::new(py);
+    result.set_item("trace", trace.map(|trace| trace_dict(py, &trace)).transpose()?)?;
     result.set_item("next_node", pointers(py, &plan.field.next))?;
     result.set_item("native", plan.field.cost_to_go.into_pyarray(py))?;
     result.set_item("layer", pointers(py, &plan.layer))?;
@@ -138,6 +159,21 @@ fn layered<'py, C: Cost + Element>(
     result.set_item("sequence", sequence)?;
     let walks = plan.walks.map(|levels| PyArray2::from_vec2(py, &levels)).transpose();
     result.set_item("walks", walks.map_err(|e| pyo3::exceptions::PyValueError::new_err(e.to_string()))?)?;
+    Ok(result)
+}
+
+/// The fields of `cairn.graphs.Trace` by name.
+fn trace_dict<'py>(py: Python<'py>, trace: &Trace) -> PyResult<Bound<'py, PyDict>> {
+    let of =
+        |number: fn(&Timed) -> i64| trace.tasks.iter().map(number).collect::<Vec<i64>>().into_pyarray(py);
+    let result = PyDict::new(py);
+    result.set_item("level", of(|timed| i64::from(timed.task.level)))?;
+    result.set_item("layer", of(|timed| i64::from(timed.task.layer)))?;
+    result.set_item("thread", of(|timed| timed.thread as i64))?;
+    result.set_item("begin_ns", of(|timed| timed.begin as i64))?;
+    result.set_item("end_ns", of(|timed| timed.end as i64))?;
+    let pairs = |waits: &Vec<Wait>| waits.iter().map(|wait| (wait.layer, wait.lag)).collect::<Vec<_>>();
+    result.set_item("waits", trace.waits.iter().map(pairs).collect::<Vec<_>>())?;
     Ok(result)
 }
 

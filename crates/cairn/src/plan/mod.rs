@@ -23,7 +23,7 @@ pub use dijkstra::{GraphCost, GraphField, plan_graph};
 pub use error::PlanError;
 pub use field::{Field, Values};
 pub use graph::{Graph, graph_of_costs_f32, graph_of_costs_f64, graph_of_free};
-pub use layered::{Engine, LayeredOptions, LayeredPlan, plan_layered};
+pub use layered::{Engine, LayeredOptions, LayeredPlan, Schedule, plan_layered, trace_layered};
 pub use moves::MOVES;
 pub use sight::{Ground, Sight, Toll, Vertex};
 pub use solve::{GridPlanner, PlanOptions, Steps, plan_costs_f32, plan_costs_f64, plan_free};

@@ -202,6 +202,19 @@ fn operations_at<C: Cost>(
     }))
 }
 
+/// The operations of so many levels, in their order.
+pub fn sequence_of<C: Cost>(layers: &Layers<C>, levels: usize) -> Vec<Operation> {
+    let at = |level: usize| {
+        let named = move |(layer, next)| Operation {
+            level: level as u32,
+            layer: layer as u32,
+            next_layer: next as u32,
+        };
+        operations_at(layers, level).map(named)
+    };
+    (1..=levels).flat_map(at).collect()
+}
+
 /// The number of operations of so many levels, counted on the graph as described.
 pub fn operations_of<C: Cost>(layers: &Layers<C>, engine: Engine, levels: usize) -> u64 {
     let count = layers.count();

@@ -9,6 +9,8 @@ use crate::plan::{Cost, Graph};
 pub struct Layers<C> {
     /// Layer of every node.
     pub of_node: Vec<Option<u32>>,
+    /// Number of every node within its layer, in the order of the nodes.
+    pub place: Vec<u32>,
     /// Number of nodes in layers 1..=K.
     pub sizes: Vec<usize>,
     /// The real links behind each vector link (layer, next layer).
@@ -52,7 +54,14 @@ impl<C: Cost> Layers<C> {
         let greatest_rise =
             vector_links.keys().map(|&(from, to)| to.saturating_sub(from)).max().unwrap_or(1).max(1);
         let next_layers = next_layers(sizes.len(), vector_links.keys().copied());
-        Self { of_node, sizes, vector_links, next_layers, greatest_rise }
+        Self {
+            place: places(&of_node, sizes.len()),
+            of_node,
+            sizes,
+            vector_links,
+            next_layers,
+            greatest_rise,
+        }
     }
 
     /// Number of layers, K.
@@ -75,6 +84,17 @@ impl<C: Cost> Layers<C> {
     pub fn fans(&self, layer: usize, next: usize) -> &[Fan<C>] {
         self.vector_links.get(&(layer, next)).map_or(&[], Vec::as_slice)
     }
+}
+
+fn places(of_node: &[Option<u32>], count: usize) -> Vec<u32> {
+    let mut free = vec![0; count + 1];
+    let place = |layer: &Option<u32>| {
+        layer.map_or(0, |layer| {
+            free[layer as usize] += 1;
+            free[layer as usize] - 1
+        })
+    };
+    of_node.iter().map(place).collect()
 }
 
 fn vector_links<C: Cost>(graph: &Graph<C>, of_node: &[Option<u32>]) -> BTreeMap<(usize, usize), Vec<Fan<C>>> {

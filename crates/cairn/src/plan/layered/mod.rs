@@ -3,7 +3,11 @@
 
 mod count;
 mod engines;
+#[cfg(test)]
+mod laws;
 mod layers;
+mod parallel;
+mod schedule;
 
 use serde::{Deserialize, Serialize};
 
@@ -11,6 +15,8 @@ use super::{Cost, Graph, GraphField, PlanError};
 pub use count::equation_4;
 use engines::State;
 use layers::Layers;
+pub use parallel::{Clock, Timed, Trace};
+pub use schedule::{Schedule, Task, Wait};
 
 /// In which order DP(i, j) is applied, and to which values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -42,6 +48,11 @@ pub struct LayeredOptions {
     pub record_sequence: bool,
     /// Whether the levelled engine records n_i of every level: the best walk of exactly i links.
     pub record_walks: bool,
+    /// Threads that share the levelled or the in-place engine's work as a task graph [Maalouf06 §3.3].
+    /// None: the serial engine. The other engines are serial. The result does not depend on it.
+    pub threads: Option<usize>,
+    /// In what order they take it.
+    pub schedule: Schedule,
 }
 
 impl Default for LayeredOptions {
@@ -52,6 +63,8 @@ impl Default for LayeredOptions {
             early_stop: true,
             record_sequence: false,
             record_walks: false,
+            threads: None,
+            schedule: Schedule::Wavefront,
         }
     }
 }
@@ -111,6 +124,7 @@ pub struct LayeredPlan<C> {
 ///
 /// # Errors
 /// [`PlanError::NoGoal`], [`GoalNotANode`](PlanError::GoalNotANode), [`NoLevels`](PlanError::NoLevels),
+/// [`NoThreads`](PlanError::NoThreads),
 /// [`GraphCostOverflow`](PlanError::GraphCostOverflow) where a walk of as many links as there are
 /// nodes, or levels of the levelled engine, might not fit the cost type.
 pub fn plan_layered<C: Cost>(
@@ -118,9 +132,35 @@ pub fn plan_layered<C: Cost>(
     goals: &[usize],
     options: &LayeredOptions,
 ) -> Result<LayeredPlan<C>, PlanError> {
+    Ok(planned(graph, goals, options, None)?.0)
+}
+
+/// [`plan_layered`] with a record of when each task ran, by a clock of the caller's. The record is
+/// empty for an engine that is serial.
+///
+/// # Errors
+/// As `plan_layered`.
+pub fn trace_layered<C: Cost>(
+    graph: &Graph<C>,
+    goals: &[usize],
+    options: &LayeredOptions,
+    clock: Clock<'_>,
+) -> Result<(LayeredPlan<C>, Trace), PlanError> {
+    planned(graph, goals, options, Some(clock))
+}
+
+fn planned<C: Cost>(
+    graph: &Graph<C>,
+    goals: &[usize],
+    options: &LayeredOptions,
+    clock: Option<Clock<'_>>,
+) -> Result<(LayeredPlan<C>, Trace), PlanError> {
     let goals = graph.checked_goals(goals)?;
     if options.max_levels == Some(0) {
         return Err(PlanError::NoLevels);
+    }
+    if options.threads == Some(0) {
+        return Err(PlanError::NoThreads);
     }
     let layers = Layers::new(graph, &goals);
     let suffices = layers.count() * layers.widest();
@@ -132,37 +172,80 @@ pub fn plan_layered<C: Cost>(
     let longest = if options.engine == Engine::Levelled { max_levels } else { 0 };
     graph.check_walks_of(longest.max(graph.nodes()))?;
 
-    let mut state = State::new(&layers, &goals, options);
-    let settled = match options.engine {
-        Engine::Classical => state.classical(),
-        Engine::Phased => state.phased(max_levels, options.early_stop),
-        Engine::Levelled => state.levelled(max_levels, options.early_stop),
-        Engine::InPlace => state.in_place(max_levels, options.early_stop),
+    let has_levels = matches!(options.engine, Engine::Levelled | Engine::InPlace);
+    let (done, trace) = match options.threads.filter(|_| has_levels) {
+        Some(threads) => {
+            let threads = threads.min(MOST_THREADS);
+            let found = parallel::run(&layers, &goals, options, max_levels, threads, clock);
+            (Done::of(&layers, options, found.field, found.levels, found.settled, found.walks), found.trace)
+        }
+        None => (Done::by_one(&layers, &goals, options, max_levels), Trace::default()),
     };
     let converged = match options.engine {
-        Engine::Classical => is_fixed_point(graph, &goals, &state.field.cost_to_go),
-        _ => settled || state.levels >= suffices,
+        Engine::Classical => is_fixed_point(graph, &goals, &done.field.cost_to_go),
+        _ => done.settled || done.levels >= suffices,
     };
-    let has_levels = matches!(options.engine, Engine::Levelled | Engine::InPlace);
     let printed = |levels| {
         if has_levels && layers.greatest_rise == 1 { equation_4(layers.count(), levels) } else { None }
     };
-    Ok(LayeredPlan {
+    let plan = LayeredPlan {
         layers: layers.count(),
         widest_layer: layers.widest(),
         greatest_rise: layers.greatest_rise,
-        levels: state.levels,
+        levels: done.levels,
         max_levels,
         converged,
-        operations: state.operations,
+        operations: done.operations,
         operations_worst_case: engines::operations_of(&layers, options.engine, max_levels),
-        equation_4: printed(state.levels),
+        equation_4: printed(done.levels),
         equation_4_worst_case: printed(max_levels),
-        sequence: state.sequence,
-        walks: state.walks,
-        field: state.field,
+        sequence: done.sequence,
+        walks: done.walks,
+        field: done.field,
         layer: layers.of_node,
-    })
+    };
+    Ok((plan, trace))
+}
+
+/// More threads than a schedule has use for; a number that any system starts.
+const MOST_THREADS: usize = 64;
+
+/// What an engine did.
+struct Done<C> {
+    field: GraphField<C>,
+    levels: usize,
+    settled: bool,
+    operations: u64,
+    sequence: Option<Vec<Operation>>,
+    walks: Option<Vec<Vec<C>>>,
+}
+
+impl<C: Cost> Done<C> {
+    fn by_one(layers: &Layers<C>, goals: &[u32], options: &LayeredOptions, max_levels: usize) -> Self {
+        let mut state = State::new(layers, goals, options);
+        let settled = match options.engine {
+            Engine::Classical => state.classical(),
+            Engine::Phased => state.phased(max_levels, options.early_stop),
+            Engine::Levelled => state.levelled(max_levels, options.early_stop),
+            Engine::InPlace => state.in_place(max_levels, options.early_stop),
+        };
+        let State { field, levels, operations, sequence, walks, .. } = state;
+        Self { field, levels, settled, operations, sequence, walks }
+    }
+
+    /// Of the task graph: its levels hold the operations of the serial engines' levels.
+    fn of(
+        layers: &Layers<C>,
+        options: &LayeredOptions,
+        field: GraphField<C>,
+        levels: usize,
+        settled: bool,
+        walks: Option<Vec<Vec<C>>>,
+    ) -> Self {
+        let operations = engines::operations_of(layers, options.engine, levels);
+        let sequence = options.record_sequence.then(|| engines::sequence_of(layers, levels));
+        Self { field, levels, settled, operations, sequence, walks }
+    }
 }
 
 fn is_fixed_point<C: Cost>(graph: &Graph<C>, goals: &[u32], values: &[C]) -> bool {
