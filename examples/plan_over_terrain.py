@@ -8,6 +8,7 @@ The terrain is the fault near Jacksboro, Tennessee, that comes with matplotlib.
 import math
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import cbook
@@ -23,7 +24,8 @@ VALLEY, RIDGE = (194, 91), (43, 167)  # (row, col)
 
 def jacksboro() -> tuple[NDArray[np.float64], float]:
     """Heights [m] on square cells, row 0 in the south, and the side of a cell [m]."""
-    with cbook.get_sample_data("jacksboro_fault_dem.npz") as dem:
+    found: Any = cbook.get_sample_data("jacksboro_fault_dem.npz")
+    with found as dem:
         heights = dem["elevation"][::-1].astype(float)  # the file begins in the north
         latitude = math.radians(float(dem["ymin"] + dem["ymax"]) / 2)
         south_north_m = math.radians(float(dem["dy"])) * EARTH_RADIUS_M

@@ -1,4 +1,7 @@
+import json
 import math
+import runpy
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -435,3 +438,84 @@ def test_a_path_over_a_move_that_is_not_allowed_costs_infinitely_much():
     )
     assert terrain.path_cost(with_value(5.0), 1.0, [(1, 1), (1, 2)], "p3at_time") == math.inf
     assert terrain.path_cost(FLAT, 1.0, [(1, 1)], "tobler") == 0.0
+
+
+# ---- the command line and the pictures -----------------------------------------------------------
+
+
+@pytest.fixture
+def hills(tmp_path):
+    elevation = fractal(np.random.default_rng(17), 24, 36, 20.0)
+    elevation[:, 30] = np.nan
+    np.save(tmp_path / "hills.npy", elevation)
+    return elevation
+
+
+def test_the_plan_command_plans_over_terrain_in_metres(command, hills, tmp_path):
+    code, said, _ = command(
+        "plan", "hills.npy", "--terrain", "p3at_energy", "--cell-size", 5, "--goal", "22,61",
+        "--start", "101,3", "--out", "field.npy", "--picture", "p.png", "--json",
+    )  # fmt: skip
+    assert code == 0
+    record = json.loads(said)
+    field = cairn.plan_terrain(hills, 5.0, (12, 4), "p3at_energy")
+    assert record["summary"]["cost"] == pytest.approx(field.cost_to_go[0, 20], abs=1e-6)
+    assert record["summary"]["unit"] == "J"
+    assert record["path_m"][0] == [102.5, 2.5]
+    np.testing.assert_array_equal(np.load(tmp_path / "field.npy"), field.cost_to_go)
+    assert (tmp_path / "p.png").stat().st_size > 10_000
+    code, said, _ = command(
+        "plan", "hills.npy", "--terrain", "tobler", "--cell-size", 5, "--goal", "22,61",
+        "--start", "170,3",
+    )  # fmt: skip
+    assert (code, "no way" in said) == (3, True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--terrain", "tobler"], "--cell-size"),
+        (["--cell-size", "5"], "--terrain"),
+        (["--terrain", "walk", "--cell-size", "5"], "TerrainModelUnknown"),
+        (["--terrain", "tobler", "--cell-size", "0"], "CellSizeOutOfRange"),
+        (["--terrain", "tobler", "--cell-size", "0.01"], "off the map"),
+        (["--terrain", "tobler", "--cell-size", "5", "--robot", "p3at"], "--robot"),
+        (["--terrain", "tobler", "--cell-size", "5", "--start", "x"], "X,Y"),
+    ],
+)
+def test_wrong_usage_over_terrain_is_exit_code_2(command, hills, arguments, complaint):
+    code, _, complaints = command("plan", "hills.npy", "--goal", "22,61", *arguments)
+    assert (code, complaint in complaints) == (2, True), complaints
+
+
+def test_a_terrain_that_is_not_there_or_is_no_array_of_heights_is_refused_by_name(
+    command, tmp_path
+):
+    np.save(tmp_path / "free.npy", np.ones((3, 3), bool))
+    np.save(tmp_path / "none.npy", np.ones((0, 3)))
+    given = ["--terrain", "tobler", "--cell-size", 1, "--goal", "0,0"]
+    for name, error in [
+        ("nowhere.npy", "MapNotFound"), ("free.npy", "MapLineInvalid"), ("none.npy", "MapEmpty"),
+    ]:  # fmt: skip
+        code, _, complaints = command("plan", name, *given)
+        assert (code, error in complaints) == (2, True)
+
+
+def test_the_example_goes_up_one_way_and_down_another(tmp_path, capsys):
+    example = runpy.run_path(str(Path(__file__).parent.parent / "examples/plan_over_terrain.py"))
+    up, down = example["main"](tmp_path / "terrain.png")
+    assert up > 1.1 * down
+    assert "if driven the other way" in capsys.readouterr().out
+    assert (tmp_path / "terrain.png").stat().st_size > 100_000
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (9, 1), (40, 7)])
+def test_a_relief_of_any_shape_is_drawn(tmp_path, shape):
+    from cairn.view.relief import Way, draw_relief
+
+    elevation = np.zeros(shape)
+    field = cairn.plan_terrain(elevation, 1.0, (0, 0), "tobler")
+    way = Way(field.path((shape[0] - 1, shape[1] - 1)), "there")
+    drawn = draw_relief(elevation, 1.0, tmp_path / "p.png", ways=[way], cost_to_go=field.cost_to_go)
+    assert drawn.stat().st_size > 3_000
+    draw_relief(np.full(shape, np.nan), 1.0, tmp_path / "q.png", ways=[])

@@ -31,6 +31,13 @@ def plan(
     any_angle: Annotated[
         bool, typer.Option("--any-angle", help="Go straight wherever that costs no more.")
     ] = False,
+    terrain: Annotated[
+        str | None,
+        typer.Option(help="MAP holds heights: price moves by p3at_energy, p3at_time, tobler, ..."),
+    ] = None,
+    cell_size: Annotated[
+        float | None, typer.Option(help="Side of the cells of a terrain in metres.")
+    ] = None,
     picture: Annotated[Path | None, typer.Option(help="Draw contours and the path.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, nothing else.")] = False,
 ) -> None:
@@ -41,6 +48,16 @@ def plan(
         raise typer.BadParameter(f"{out}: only .npy is written", param_hint="--out")
     if picture is not None and picture.suffix != ".png":
         raise typer.BadParameter(f"{picture}: only .png is drawn", param_hint="--picture")
+    if terrain is not None:
+        from cairn.cli.plan_terrain import plan_terrain
+
+        if robot is not None or any_angle:
+            raise typer.BadParameter(
+                "neither goes with --terrain", param_hint="--robot, --any-angle"
+            )
+        return plan_terrain(map_, terrain, cell_size, goal, start, out, picture, as_json)
+    if cell_size is not None:
+        raise typer.BadParameter("only for --terrain", param_hint="--cell-size")
     world = maps.load(map_)
     goal_m = _point(goal, world, "--goal")
     start_m = None if start is None else _point(start, world, "--start")
