@@ -5,7 +5,10 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use cairn::geometry::Pose2;
-use cairn::plan::peers::{Buckets, CellPrice, FreeLinks, Heap, MeanLinks, Peer, Queue};
+use cairn::plan::peers::{
+    Buckets, CellPrice, FreeLinks, Heap, MeanLinks, Peer, Queue, SlopeLinks, slope_range,
+};
+use cairn::plan::terrain::{AnyTerrainLinks, LinkCost, TerrainModel};
 use cairn::plan::{self, Field, PlanError, PlanOptions, Values};
 use cairn::world::{Cell, Grid, GridGeometry, perfect_maze};
 use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
@@ -13,6 +16,7 @@ use pyo3::prelude::*;
 
 use crate::convert::grid_of;
 use crate::errors::{InputError, to_python};
+use crate::terrain::model_of;
 
 /// A map in one of the kinds that solvers take.
 #[derive(FromPyObject)]
@@ -56,14 +60,7 @@ impl<T: Send + Sync> Timed for Cairn<T> {
     }
 
     fn field(&self) -> (Native<'_>, &[i8]) {
-        let Some(field) = &self.field else { return (Native::U32(&[]), &[]) };
-        let native = match field.native() {
-            Values::U32(values) => Native::U32(values),
-            Values::U64(values) => Native::U64(values),
-            Values::F32(values) => Native::F32(values),
-            Values::F64(values) => Native::F64(values),
-        };
-        (native, field.next_codes())
+        planned(self.field.as_ref())
     }
 }
 
@@ -145,6 +142,103 @@ where
     }
 }
 
+/// The production solver over terrain.
+struct CairnOverTerrain {
+    elevation: Grid<f32>,
+    roughness: Grid<f32>,
+    model: TerrainModel,
+    field: Option<Field>,
+}
+
+impl Timed for CairnOverTerrain {
+    fn run(&mut self, goals: &[Cell], options: &PlanOptions) -> Result<(), PlanError> {
+        self.field = None;
+        let Self { elevation, roughness, model, .. } = self;
+        self.field = Some(plan::plan_terrain(elevation, Some(roughness), model, goals, options)?);
+        Ok(())
+    }
+
+    fn field(&self) -> (Native<'_>, &[i8]) {
+        planned(self.field.as_ref())
+    }
+}
+
+/// A plain planner over terrain, which is given the allowed moves.
+struct Slopes<M, Q> {
+    elevation: Grid<f32>,
+    roughness: Vec<f32>,
+    allowed: Vec<u8>,
+    model: M,
+    range: (f32, f32),
+    padded: [Vec<f32>; 2],
+    peer: Peer<f32, Q>,
+}
+
+impl<M: LinkCost + 'static, Q: Queue<f32> + Send + Sync + 'static> Slopes<M, Q> {
+    fn boxed(
+        elevation: Grid<f32>,
+        roughness: Vec<f32>,
+        allowed: Vec<u8>,
+        model: M,
+        queue: Q,
+    ) -> Box<dyn Timed> {
+        let range = slope_range(&elevation.values, &roughness, &model, elevation.geometry.cols);
+        let (padded, peer) = ([vec![], vec![]], Peer::new(queue));
+        Box::new(Self { elevation, roughness, allowed, model, range, padded, peer })
+    }
+}
+
+impl<M: LinkCost, Q: Queue<f32> + Send + Sync> Timed for Slopes<M, Q> {
+    fn run(&mut self, goals: &[Cell], options: &PlanOptions) -> Result<(), PlanError> {
+        let Self { elevation, roughness, allowed, model, range, padded, peer } = self;
+        let links = &mut SlopeLinks::new(allowed, &elevation.values, roughness, *model, *range, padded);
+        peer.plan(&elevation.geometry, links, goals, options).map(|_| ())
+    }
+
+    fn field(&self) -> (Native<'_>, &[i8]) {
+        (Native::F32(self.peer.values()), self.peer.next_codes())
+    }
+}
+
+fn planned(field: Option<&Field>) -> (Native<'_>, &[i8]) {
+    let Some(field) = field else { return (Native::U32(&[]), &[]) };
+    let native = match field.native() {
+        Values::U32(values) => Native::U32(values),
+        Values::U64(values) => Native::U64(values),
+        Values::F32(values) => Native::F32(values),
+        Values::F64(values) => Native::F64(values),
+    };
+    (native, field.next_codes())
+}
+
+fn timed_over_terrain(
+    solver: &str,
+    elevation: Grid<f32>,
+    roughness: Grid<f32>,
+    model: TerrainModel,
+    corner_cutting: bool,
+) -> Result<Option<Box<dyn Timed>>, PlanError> {
+    if solver == "cairn" {
+        return Ok(Some(Box::new(CairnOverTerrain { elevation, roughness, model, field: None })));
+    }
+    macro_rules! slopes {
+        ($links:ident) => {{
+            let (allowed, model) = ($links.allowed, $links.model);
+            let roughness = roughness.values.clone();
+            match solver {
+                "dial" => Slopes::boxed(elevation.clone(), roughness, allowed, model, Buckets::wide()),
+                "heap" => Slopes::boxed(elevation.clone(), roughness, allowed, model, Heap::default()),
+                _ => return Ok(None),
+            }
+        }};
+    }
+    Ok(Some(match AnyTerrainLinks::new(&elevation, Some(&roughness), &model, corner_cutting)? {
+        AnyTerrainLinks::P3atEnergy(links) => slopes!(links),
+        AnyTerrainLinks::P3atTime(links) => slopes!(links),
+        AnyTerrainLinks::Tobler(links) => slopes!(links),
+    }))
+}
+
 fn grid<T: Element + Copy>(map: &PyReadonlyArray2<'_, T>) -> Grid<T> {
     grid_of(map, 1.0, Pose2::IDENTITY)
 }
@@ -194,14 +288,29 @@ impl TimedSolver {
             Map::Weights(map) => map.as_array().dim(),
             Map::Costs(map) => map.as_array().dim(),
         };
-        let refused = || InputError::SettingsInvalid {
-            part: "benchmark".to_owned(),
-            reason: format!("no solver `{solver}` for a map of this kind"),
-        };
-        let solver = timed(solver, &map).ok_or_else(|| to_python(&refused()))?;
-        let goals = goals.into_iter().map(|(row, col)| Cell::new(row, col)).collect();
-        let options = PlanOptions { corner_cutting, threads: Some(threads), ..PlanOptions::default() };
-        Ok(Self { solver, goals, options, shape: [shape.0, shape.1] })
+        let solver = timed(solver, &map).ok_or_else(|| refused(solver))?;
+        Ok(Self::made(solver, goals, corner_cutting, threads, shape))
+    }
+
+    /// A solver over terrain; `model` as `cairn.terrain` gives it.
+    #[staticmethod]
+    #[allow(clippy::too_many_arguments)]
+    fn terrain(
+        solver: &str,
+        elevation: PyReadonlyArray2<'_, f32>,
+        roughness: PyReadonlyArray2<'_, f32>,
+        cell_size_m: f64,
+        model: &Bound<'_, PyAny>,
+        goals: Vec<(usize, usize)>,
+        corner_cutting: bool,
+        threads: usize,
+    ) -> PyResult<Self> {
+        let shape = elevation.as_array().dim();
+        let laid = |map: &PyReadonlyArray2<'_, f32>| grid_of(map, cell_size_m, Pose2::IDENTITY);
+        let (elevation, roughness, model) = (laid(&elevation), laid(&roughness), model_of(model)?);
+        let found = timed_over_terrain(solver, elevation, roughness, model, corner_cutting);
+        let solver = found.map_err(|e| to_python(&e))?.ok_or_else(|| refused(solver))?;
+        Ok(Self::made(solver, goals, corner_cutting, threads, shape))
     }
 
     /// Solves, and returns how long it took [s].
@@ -228,6 +337,25 @@ impl TimedSolver {
     fn next_node<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         shaped(py, self.solver.field().1, self.shape)
     }
+}
+
+impl TimedSolver {
+    fn made(
+        solver: Box<dyn Timed>,
+        goals: Vec<(usize, usize)>,
+        corner_cutting: bool,
+        threads: usize,
+        (rows, cols): (usize, usize),
+    ) -> Self {
+        let goals = goals.into_iter().map(|(row, col)| Cell::new(row, col)).collect();
+        let options = PlanOptions { corner_cutting, threads: Some(threads), ..PlanOptions::default() };
+        Self { solver, goals, options, shape: [rows, cols] }
+    }
+}
+
+fn refused(solver: &str) -> PyErr {
+    let reason = format!("no solver `{solver}` for a map of this kind");
+    to_python(&InputError::SettingsInvalid { part: "benchmark".to_owned(), reason })
 }
 
 fn shaped<'py, T: Element + Copy>(

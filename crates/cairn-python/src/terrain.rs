@@ -15,7 +15,7 @@ use crate::convert::grid_of;
 use crate::errors::{InputError, to_python};
 use crate::plan::{GridField, cells_of, solved};
 
-fn model_of(model: &Bound<'_, PyAny>) -> PyResult<TerrainModel> {
+pub fn model_of(model: &Bound<'_, PyAny>) -> PyResult<TerrainModel> {
     let model: TerrainModel = pythonize::depythonize(model).map_err(|error| {
         to_python(&InputError::SettingsInvalid {
             part: "terrain model".to_owned(),

@@ -9,13 +9,23 @@ pub struct Ground {
     pub stride: usize,
     pub offsets: [isize; 8],
     free: Vec<u8>,
-    /// One bit per allowed move, by code.
-    pub open: Vec<u8>,
+    /// One bit per allowed move out of a cell, by code.
+    open: Vec<u8>,
+    /// Bit k: the neighbour that code k leads to may move here. Empty if moves may be undone.
+    entered: Vec<u8>,
 }
 
 impl Ground {
-    /// Lays out a grid; `free_row` writes 1 for every free cell of a row, 0 for the others.
-    pub fn lay(&mut self, rows: usize, cols: usize, free_row: impl Fn(usize, &mut [u8]), cutting: bool) {
+    /// Lays out a grid; `free_row` writes 1 for every free cell of a row, 0 for the others; `moves` are those
+    /// that cells allow, row-major, if that does not follow from which are free.
+    pub fn lay(
+        &mut self,
+        rows: usize,
+        cols: usize,
+        free_row: impl Fn(usize, &mut [u8]),
+        moves: Option<&[u8]>,
+        cutting: bool,
+    ) {
         let stride = pitch(cols + 2);
         (self.rows, self.cols, self.stride) = (rows, cols, stride);
         self.offsets = MOVES.map(|(down, right)| down * stride as isize + right);
@@ -27,6 +37,35 @@ impl Ground {
             let begin = self.index(row, 0);
             free_row(row, &mut self.free[begin..begin + cols]);
         }
+        self.entered.clear();
+        match moves {
+            None => self.open_free(cutting),
+            Some(moves) => self.open_given(moves),
+        }
+    }
+
+    fn open_given(&mut self, moves: &[u8]) {
+        let cols = self.cols;
+        for (row, moves) in moves.chunks_exact(cols).enumerate() {
+            let begin = self.index(row, 0);
+            self.open[begin..begin + cols].copy_from_slice(moves);
+        }
+        self.entered.resize(self.open.len(), 0);
+        for row in 0..self.rows {
+            let here = self.index(row, 0);
+            for code in 0..8_u8 {
+                let there = self.beside(here, usize::from(code));
+                let back = code ^ 4;
+                let pairs = self.entered[here..here + cols].iter_mut().zip(&self.open[there..there + cols]);
+                for (entered, open) in pairs {
+                    *entered |= (open >> back & 1) << code;
+                }
+            }
+        }
+    }
+
+    fn open_free(&mut self, cutting: bool) {
+        let (rows, cols, stride) = (self.rows, self.cols, self.stride);
         let cut = u8::from(cutting);
         for row in 0..rows {
             let here = self.index(row, 0);
@@ -57,6 +96,12 @@ impl Ground {
     /// Padded index of a cell.
     pub fn index(&self, row: usize, col: usize) -> usize {
         (row + 1) * self.stride + col + 1
+    }
+
+    /// Bit k: the neighbour that code k leads to may move to this cell.
+    #[inline(always)]
+    pub fn entered(&self, index: usize) -> u8 {
+        if self.entered.is_empty() { self.open[index] } else { self.entered[index] }
     }
 
     pub fn is_free(&self, index: usize) -> bool {

@@ -94,6 +94,10 @@ number!(
 pub trait LinkCosts<C: Number> {
     /// Writes 1 for the free cells of a row, 0 for the others.
     fn free_row(&self, row: usize, cols: usize, free: &mut [u8]);
+    /// The bits of the moves that cells allow, row-major, if they are more than free cells would allow.
+    fn moves(&self) -> Option<&[u8]> {
+        None
+    }
     /// Copies what belongs to the cells into the ring of `ground`.
     fn pad(&mut self, ground: &Ground);
     /// The cost of the link from `tail` to `head`, padded indices, which is the move `code`.

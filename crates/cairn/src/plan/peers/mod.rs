@@ -8,9 +8,11 @@
 mod ground;
 mod links;
 mod queues;
+mod slopes;
 
 pub use links::{CellPrice, FreeLinks, LinkCosts, MeanLinks, Number};
 pub use queues::{Buckets, Heap, Queue};
+pub use slopes::{SlopeLinks, slope_range};
 
 use super::{PlanError, PlanOptions};
 use crate::world::{Cell, GridGeometry};
@@ -53,7 +55,8 @@ impl<C: Number, Q: Queue<C>> Peer<C, Q> {
         if goals.is_empty() {
             return Err(PlanError::NoGoal);
         }
-        self.ground.lay(rows, cols, |row, open| links.free_row(row, cols, open), options.corner_cutting);
+        let free_row = |row: usize, free: &mut [u8]| links.free_row(row, cols, free);
+        self.ground.lay(rows, cols, free_row, links.moves(), options.corner_cutting);
         links.pad(&self.ground);
         self.padded.clear();
         self.padded.resize(self.ground.len(), C::UNREACHABLE);

@@ -136,7 +136,7 @@ fn relax<C: Number, L: LinkCosts<C>>(
     value: C,
     mut lowered: impl FnMut(C, u32),
 ) {
-    let open = ground.open[cell];
+    let open = ground.entered(cell);
     assert!(values.len() == ground.len());
     for code in 0..8 {
         let neighbour = ground.beside(cell, code);

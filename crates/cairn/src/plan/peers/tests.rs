@@ -82,6 +82,50 @@ fn dial_and_heap_equal_the_solver_to_the_bit_field_and_policy() {
 }
 
 #[test]
+fn dial_and_heap_over_terrain_equal_the_solver_to_the_bit_field_and_policy() {
+    use crate::plan::terrain::{AnyTerrainLinks, P3at, TerrainModel, Tobler, plan_terrain, roughness_of};
+    let mut below = random(2);
+    let mut dial = Peer::<f32, _>::new(Buckets::wide());
+    let mut heap = Peer::<f32, _>::new(Heap::default());
+    for round in 0..300 {
+        let (rows, cols) = (1 + below(14) as usize, 1 + below(14) as usize);
+        let options = PlanOptions { corner_cutting: round % 2 == 0, ..PlanOptions::default() };
+        let mut heights: Vec<f32> = (0..rows * cols)
+            .map(|_| if below(9) == 0 { f32::NAN } else { below(900) as f32 / 1000.0 })
+            .collect();
+        let goals = [Cell::new(below(rows as u64) as usize, below(cols as u64) as usize)];
+        heights[goals[0].row * cols + goals[0].col] = 0.5;
+        let elevation = laid(rows, cols, heights);
+        let roughness = roughness_of(&elevation).unwrap();
+        let model = match round % 3 {
+            0 => TerrainModel::P3atEnergy(P3at::default()),
+            1 => TerrainModel::P3atTime(P3at::default()),
+            _ => TerrainModel::Tobler(Tobler::default()),
+        };
+        let field = plan_terrain(&elevation, Some(&roughness), &model, &goals, &options).unwrap();
+        let Values::F32(values) = field.native() else { panic!("terrain is f32") };
+        let mut padded = [vec![], vec![]];
+        macro_rules! equal {
+            ($links:expr) => {{
+                let (heights, rough) = (&elevation.values, &roughness.values);
+                let range = slope_range(heights, rough, &$links.model, cols);
+                let mut links =
+                    SlopeLinks::new(&$links.allowed, heights, rough, $links.model, range, &mut padded);
+                dial.plan(&elevation.geometry, &mut links, &goals, &options).unwrap();
+                heap.plan(&elevation.geometry, &mut links, &goals, &options).unwrap();
+            }};
+        }
+        match AnyTerrainLinks::new(&elevation, Some(&roughness), &model, options.corner_cutting).unwrap() {
+            AnyTerrainLinks::P3atEnergy(links) => equal!(links),
+            AnyTerrainLinks::P3atTime(links) => equal!(links),
+            AnyTerrainLinks::Tobler(links) => equal!(links),
+        }
+        assert_eq!((dial.values(), dial.next_codes()), (&values[..], field.next_codes()));
+        assert_eq!((heap.values(), heap.next_codes()), (&values[..], field.next_codes()));
+    }
+}
+
+#[test]
 fn a_cost_to_go_too_large_for_u32_is_told_by_both_queues() {
     let weights = vec![255_u8; 100_000];
     let geometry = laid(1, weights.len(), weights.clone()).geometry;
