@@ -11,11 +11,8 @@ import cairn
 from cairn import _brain
 from cairn.experiments import bench_plan, bench_report, memory
 from cairn.experiments.contenders import OURS, PEERS, InRust, Peer, Refused, Task, compare, ours
-from cairn.experiments.grids import CLASSES, as_costs
+from cairn.experiments.grids import CLASSES, Terrain, as_costs
 from plan_oracles import Case, grid_links, mean_price, scipy_cost_to_go
-
-FREE = [name for name, each in CLASSES.items() if each.draw(16, 0).dtype == bool]
-
 
 # ---- maps ---
 
@@ -24,7 +21,10 @@ FREE = [name for name, each in CLASSES.items() if each.draw(16, 0).dtype == bool
 def test_a_map_follows_from_its_seed(name):
     draw = CLASSES[name].draw
     for size in (8, 61, 200):
-        first, again, other = draw(size, 3), draw(size, 3), draw(size, 4)
+        first, again, other = (
+            each.elevation if isinstance(each, Terrain) else each
+            for each in (draw(size, 3), draw(size, 3), draw(size, 4))
+        )
         assert first.shape == (size, size)
         np.testing.assert_array_equal(first, again)
         assert name in ("open", "maze-16") or size == 8 or not np.array_equal(first, other)
@@ -66,6 +66,36 @@ def test_weights_are_1_to_255_smooth_ones_change_slowly_random_ones_do_not():
     np.testing.assert_array_equal(maze > 0, CLASSES["maze-4"].draw(512, 1))
 
 
+@pytest.mark.parametrize(("name", "mean_slope"), [("fractal-terrain", 0.12), ("real-terrain", 0.1)])
+def test_terrain_slopes_like_hills_and_most_of_it_reaches_the_goal(name, mean_slope):
+    ground = CLASSES[name].draw(300, 1)
+    slopes = np.abs(np.diff(ground.elevation, axis=0)) / ground.cell_size_m
+    assert slopes.mean() == pytest.approx(mean_slope, rel=0.5)
+    assert ground.elevation.flags.c_contiguous
+    np.testing.assert_array_equal(
+        ground.roughness, cairn.terrain.roughness(ground.elevation, ground.cell_size_m)
+    )
+    goal = bench_plan.choose_goal(ground)
+    field = cairn.plan_terrain(
+        ground.elevation, ground.cell_size_m, goal, ground.MODEL, roughness=ground.roughness
+    )
+    assert np.isfinite(field.native).mean() > 0.9
+
+
+def test_the_real_terrain_is_the_elevation_model_mirrored_without_a_seam():
+    from matplotlib import cbook
+
+    with cbook.get_sample_data("jacksboro_fault_dem.npz") as model:
+        tile = model["elevation"]
+    drawn = CLASSES["real-terrain"].draw(900, 4).elevation
+    assert set(np.unique(drawn)) == set(np.unique(tile).astype(np.float32))
+    for axis in (0, 1):
+        assert (
+            np.abs(np.diff(drawn, axis=axis)).max()
+            <= np.abs(np.diff(tile.astype(float), axis=axis)).max()
+        )
+
+
 # ---- contenders ---
 
 
@@ -86,7 +116,7 @@ def test_every_contender_gives_the_same_answer_on_every_kind_of_map():
             try:
                 other = OURS[name](task) if name in OURS else PEERS[name].make(task)
             except Refused:
-                assert not task.corner_cutting
+                assert not task.corner_cutting or isinstance(task.grid, Terrain)
                 continue
             assert other.run() > 0
             how, differs = compare("cairn", mine, name, other, 1e-5)
@@ -136,8 +166,7 @@ def test_a_solver_asked_for_a_map_it_does_not_take_is_refused_by_name():
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the high-water mark is Linux's")
 def test_peak_memory_is_at_least_what_comes_out():
-    grid = np.ones((1024, 1024), bool)
-    share = memory.peak_share(grid, (5, 5), False)
+    share = memory.peak_share(Task(np.ones((1024, 1024), bool), (5, 5), False))
     assert 0.9 < share < 40
 
 

@@ -474,6 +474,19 @@ class TimedSolver:
     ) -> Self:
         """Copy a map: bool True free, uint8 weights with 0 blocked, or float32 costs."""
 
+    @staticmethod
+    def terrain(
+        solver: str,
+        elevation: NDArray[np.float32],
+        roughness: NDArray[np.float32],
+        cell_size_m: float,
+        model: dict[str, Any],
+        goals: list[tuple[int, int]],
+        corner_cutting: bool,
+        threads: int,
+    ) -> TimedSolver:
+        """Copy a terrain, to be planned with a cost model."""
+
     def run(self) -> float:
         """Solve; return how long it took [s]."""
 
@@ -482,6 +495,15 @@ class TimedSolver:
 
     def next_node(self) -> NDArray[np.int8]:
         """Return a copy of the next cells' codes of the last run."""
+
+def reversed_terrain_links(
+    elevation: NDArray[np.float32],
+    roughness: NDArray[np.float32],
+    cell_size_m: float,
+    model: dict[str, Any],
+    corner_cutting: bool,
+) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.float64]]:
+    """Return CSR arrays of a terrain's links turned round, for searches from the goal."""
 
 def copy_seconds(cells: int) -> float:
     """Return how long it takes to copy so many uint32 [s]."""

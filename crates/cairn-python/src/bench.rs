@@ -8,10 +8,10 @@ use cairn::geometry::Pose2;
 use cairn::plan::peers::{
     Buckets, CellPrice, FreeLinks, Heap, MeanLinks, Peer, Queue, SlopeLinks, slope_range,
 };
-use cairn::plan::terrain::{AnyTerrainLinks, LinkCost, TerrainModel};
-use cairn::plan::{self, Field, PlanError, PlanOptions, Values};
+use cairn::plan::terrain::{AnyTerrainLinks, LinkCost, TerrainLinks, TerrainModel};
+use cairn::plan::{self, Field, GridPlanner, MOVES, PlanError, PlanOptions, Values};
 use cairn::world::{Cell, Grid, GridGeometry, perfect_maze};
-use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::convert::grid_of;
@@ -43,19 +43,28 @@ enum Native<'a> {
     F64(&'a [f64]),
 }
 
-type Solve<T> = fn(&Grid<T>, &[Cell], &PlanOptions) -> Result<Field, PlanError>;
+type Solve<T> = fn(&mut GridPlanner, &Grid<T>, &[Cell], &PlanOptions) -> Result<Field, PlanError>;
 
 /// The production solver with its memory. The one place that knows how it is called.
 struct Cairn<T> {
     grid: Grid<T>,
     solve: Solve<T>,
+    planner: GridPlanner,
     field: Option<Field>,
+}
+
+impl<T> Cairn<T> {
+    fn boxed(grid: Grid<T>, solve: Solve<T>) -> Box<Self> {
+        Box::new(Self { grid, solve, planner: GridPlanner::default(), field: None })
+    }
 }
 
 impl<T: Send + Sync> Timed for Cairn<T> {
     fn run(&mut self, goals: &[Cell], options: &PlanOptions) -> Result<(), PlanError> {
-        self.field = None;
-        self.field = Some((self.solve)(&self.grid, goals, options)?);
+        if let Some(last) = self.field.take() {
+            self.planner.recycle(last);
+        }
+        self.field = Some((self.solve)(&mut self.planner, &self.grid, goals, options)?);
         Ok(())
     }
 
@@ -245,10 +254,8 @@ fn grid<T: Element + Copy>(map: &PyReadonlyArray2<'_, T>) -> Grid<T> {
 
 fn timed(solver: &str, map: &Map<'_>) -> Option<Box<dyn Timed>> {
     Some(match (solver, map) {
-        ("cairn", Map::Free(map)) => Box::new(Cairn { grid: grid(map), solve: plan::plan_free, field: None }),
-        ("cairn", Map::Costs(map)) => {
-            Box::new(Cairn { grid: grid(map), solve: plan::plan_costs_f32, field: None })
-        }
+        ("cairn", Map::Free(map)) => Cairn::boxed(grid(map), GridPlanner::plan_free),
+        ("cairn", Map::Costs(map)) => Cairn::boxed(grid(map), GridPlanner::plan_costs_f32),
         ("dial", Map::Free(map)) => Whole::boxed(grid(map), Buckets::unit_wide(), Buckets::unit_wide),
         ("dial-wide", Map::Free(map)) => Whole::boxed(grid(map), Buckets::wide(), Buckets::wide),
         ("heap", Map::Free(map)) => Whole::boxed(grid(map), Heap::default(), Heap::default),
@@ -366,6 +373,47 @@ fn shaped<'py, T: Element + Copy>(
     Ok(values.to_vec().into_pyarray(py).reshape(shape)?.into_any())
 }
 
+type ReversedLinks<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<i32>>, Bound<'py, PyArray1<f64>>);
+
+/// CSR arrays of a terrain's links turned round: from each cell to those that may move to it, at the cost of
+/// that move, for planners of graphs that search from the goal.
+#[pyfunction]
+fn reversed_terrain_links<'py>(
+    py: Python<'py>,
+    elevation: PyReadonlyArray2<'py, f32>,
+    roughness: PyReadonlyArray2<'py, f32>,
+    cell_size_m: f64,
+    model: &Bound<'py, PyAny>,
+    corner_cutting: bool,
+) -> PyResult<ReversedLinks<'py>> {
+    fn reversed<M: LinkCost>(links: &TerrainLinks<'_, M>) -> (Vec<i64>, Vec<i32>, Vec<f64>) {
+        let cols = links.geometry.cols as isize;
+        let (mut indptr, mut indices, mut costs) = (vec![0], vec![], vec![]);
+        for head in 0..links.allowed.len() {
+            for (code, (down, right)) in MOVES.into_iter().enumerate() {
+                let (row, col) = (head as isize / cols - down, head as isize % cols - right);
+                let inside = row >= 0 && col >= 0 && col < cols && row < links.geometry.rows as isize;
+                let tail = (row * cols + col) as usize;
+                if inside && links.allowed[tail] >> code & 1 == 1 {
+                    indices.push(tail as i32);
+                    costs.push(f64::from(links.cost(tail, code)));
+                }
+            }
+            indptr.push(indices.len() as i64);
+        }
+        (indptr, indices, costs)
+    }
+    let laid = |map: &PyReadonlyArray2<'_, f32>| grid_of(map, cell_size_m, Pose2::IDENTITY);
+    let (elevation, roughness, model) = (laid(&elevation), laid(&roughness), model_of(model)?);
+    let links = AnyTerrainLinks::new(&elevation, Some(&roughness), &model, corner_cutting);
+    let (indptr, indices, costs) = match &links.map_err(|e| to_python(&e))? {
+        AnyTerrainLinks::P3atEnergy(links) => reversed(links),
+        AnyTerrainLinks::P3atTime(links) => reversed(links),
+        AnyTerrainLinks::Tobler(links) => reversed(links),
+    };
+    Ok((indptr.into_pyarray(py), indices.into_pyarray(py), costs.into_pyarray(py)))
+}
+
 /// How long it takes to copy this many u32, memory touched before [s].
 #[pyfunction]
 fn copy_seconds(py: Python<'_>, cells: usize) -> f64 {
@@ -425,6 +473,7 @@ fn build_info() -> BTreeMap<&'static str, String> {
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<TimedSolver>()?;
     module.add_function(wrap_pyfunction!(build_info, module)?)?;
+    module.add_function(wrap_pyfunction!(reversed_terrain_links, module)?)?;
     module.add_function(wrap_pyfunction!(copy_seconds, module)?)?;
     module.add_function(wrap_pyfunction!(maze, module)?)
 }

@@ -16,8 +16,18 @@ from typing import Any
 import numpy as np
 
 from cairn import _brain
-from cairn.experiments.contenders import OURS, PEERS, Contender, Refused, Task, compare, ours
-from cairn.experiments.grids import AIM_MS_512, CLASSES, Map, as_costs
+from cairn.experiments.contenders import (
+    OURS,
+    PEERS,
+    Contender,
+    InRust,
+    Refused,
+    Task,
+    compare,
+    in_cells,
+    ours,
+)
+from cairn.experiments.grids import AIM_MS_512, CLASSES, Map, Terrain
 from cairn.experiments.machine import cores, describe, free_bytes
 from cairn.experiments.memory import peak_share
 
@@ -181,24 +191,23 @@ def choose_goal(grid: Map, seed: int = 0) -> tuple[int, int]:
 
     Of 32 others, the one that most can reach, where that one is walled in.
     """
-    free = np.flatnonzero(grid)
     rows, cols = grid.shape
+    cells = np.ones(grid.shape, bool) if isinstance(grid, Terrain) else grid > 0
+    free = np.flatnonzero(cells)
     away = (free // cols - rows // 2) ** 2 + (free % cols - cols // 2) ** 2
-    rng = np.random.default_rng(seed)
-    tried = [int(free[np.argmin(away)]), *map(int, rng.choice(free, 32))]
-    best, most = tried[0], 0
-    walk = grid > 0
-    for index in tried:
-        goal = divmod(index, cols)
-        solver = _brain.TimedSolver("dial-wide", walk, [goal], False, 1)
-        solver.run()
-        found = solver.native()
-        reached = int((found < np.iinfo(found.dtype).max).sum())
+    others = np.random.default_rng(seed).choice(free, 32)
+    best, most = (0, 0), -1
+    for index in [free[np.argmin(away)], *others]:
+        goal = divmod(int(index), cols)
+        task = Task(grid if isinstance(grid, Terrain) else cells, goal, False)
+        walk = InRust("dial" if isinstance(grid, Terrain) else "dial-wide", task)
+        walk.run()
+        reached = int(np.isfinite(in_cells(walk.values(), walk.arithmetic)).sum())
         if reached > most:
-            best, most = index, reached
+            best, most = goal, reached
         if 2 * most > len(free):
             break
-    return divmod(best, cols)
+    return best
 
 
 class Bench:
@@ -253,8 +262,7 @@ class Bench:
         result.copy_s = min(_brain.copy_seconds(result.cells) for _ in range(5))
         if self.settings.memory:
             self._tell(f"{case}: peak memory")
-            grid = task.grid if task.is_free else as_costs(task.grid)
-            result.memory = peak_share(grid, self._goal, case.corner_cutting)
+            result.memory = peak_share(task)
         return result
 
     def _why_not(self, name: str, cells: int) -> str | None:
@@ -296,10 +304,7 @@ class Bench:
                 result.agreed[name] = how
                 if differs:
                     result.differs.append(f"{result.case}: {differs}")
-        values = mine.values()
-        whole = values.dtype.kind == "u"
-        none = np.iinfo(values.dtype).max if whole else np.inf
-        result.reached = float((values < none).mean())
+        result.reached = float(np.isfinite(in_cells(mine.values(), mine.arithmetic)).mean())
 
 
 def record_of(settings: Settings, results: list[CaseResult], machine: dict[str, Any]) -> dict:

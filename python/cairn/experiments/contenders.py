@@ -11,17 +11,18 @@ import importlib
 import importlib.metadata
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any, ClassVar, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 import cairn
-from cairn import _brain
-from cairn.experiments.grids import as_costs
+from cairn import _brain, terrain
+from cairn.experiments.grids import Map, Terrain, as_costs
 
-STEP, DIAGONAL = 985, 1393
+STEP = 985
 F64 = npt.NDArray[np.float64]
 
 
@@ -30,19 +31,25 @@ class Task:
     """A map to solve.
 
     Attributes:
-        grid: bool, True free; or uint8 weights, 0 blocked.
+        grid: bool, True free; uint8 weights, 0 blocked; or a terrain.
         goal: (row, col).
         corner_cutting: whether a diagonal may pass between blocked cells.
     """
 
-    grid: npt.NDArray[Any]
+    grid: Map
     goal: tuple[int, int]
     corner_cutting: bool
 
     @property
     def is_free(self) -> bool:
         """A map of free and blocked cells, without weights."""
-        return self.grid.dtype == bool
+        return not isinstance(self.grid, Terrain) and self.grid.dtype == bool
+
+    def cells(self) -> npt.NDArray[Any]:
+        """Return the map as `cairn.plan_grid` takes it; refused for a terrain."""
+        if isinstance(self.grid, Terrain):
+            raise Refused("knows no costs that differ there and back")
+        return self.grid if self.is_free else as_costs(self.grid)
 
 
 class Contender(Protocol):
@@ -68,14 +75,34 @@ class Refused(Exception):
     """A contender cannot take a task; the message says why."""
 
 
+def _model() -> dict[str, Any]:
+    """Cost model of terrains, as the brain takes it."""
+    return {"kind": Terrain.MODEL, **asdict(terrain.model_of(Terrain.MODEL))}
+
+
 class InRust:
     """A solver of the brain that keeps its memory from run to run."""
 
     def __init__(self, solver: str, task: Task, *, whole: bool = False, threads: int = 1) -> None:
         """Make it ready; `whole` takes weights in whole numbers, else in single precision."""
-        grid = task.grid if task.is_free or whole else as_costs(task.grid)
+        goals, ground = [task.goal], task.grid
+        if isinstance(ground, Terrain):
+            self.arithmetic = "f32"
+            self._timed = _brain.TimedSolver.terrain(
+                solver,
+                ground.elevation,
+                ground.roughness,
+                ground.cell_size_m,
+                _model(),
+                goals,
+                task.corner_cutting,
+                threads,
+            )
+            return
+        whole = whole and not task.is_free
         self.arithmetic = "steps" if task.is_free else "whole" if whole else "f32"
-        self._timed = _brain.TimedSolver(solver, grid, [task.goal], task.corner_cutting, threads)
+        grid = ground if whole else task.cells()
+        self._timed = _brain.TimedSolver(solver, grid, goals, task.corner_cutting, threads)
 
     def run(self) -> float:
         """Solve; timed around the solver alone."""
@@ -91,22 +118,32 @@ class InRust:
 
 
 class EndToEnd:
-    """`cairn.plan_grid` as a user calls it: conversion in, arrays out, nothing kept."""
+    """`cairn.plan_grid` or `plan_terrain` as a user calls it: nothing kept from run to run."""
 
     def __init__(self, task: Task) -> None:
         """Make it ready."""
         self.arithmetic = "steps" if task.is_free else "f32"
-        self._task = task
-        self._grid = task.grid if task.is_free else as_costs(task.grid)
+        rule = {"corner_cutting": task.corner_cutting, "threads": 1}
+        ground = task.grid
+        if isinstance(ground, Terrain):
+            self._plan = partial(
+                cairn.plan_terrain,
+                ground.elevation,
+                ground.cell_size_m,
+                task.goal,
+                ground.MODEL,
+                roughness=ground.roughness,
+                **rule,
+            )
+        else:
+            self._plan = partial(cairn.plan_grid, task.cells(), task.goal, **rule)
         self._field: cairn.Field | None = None
 
     def run(self) -> float:
         """Plan and fetch both arrays."""
         self._field = None
         begin = time.perf_counter()
-        field = cairn.plan_grid(
-            self._grid, self._task.goal, corner_cutting=self._task.corner_cutting, threads=1
-        )
+        field = self._plan()
         _ = field.native, field.next_node
         took = time.perf_counter() - begin
         self._field = field
@@ -134,18 +171,26 @@ class Scipy:
         from scipy.sparse import csgraph, csr_array
 
         begin = time.perf_counter()
-        grid = task.grid if task.is_free else as_costs(task.grid)
-        indptr, indices, costs = cairn.grid_graph(grid, corner_cutting=task.corner_cutting)
-        nodes = grid.size
+        if isinstance(task.grid, Terrain):
+            ground, model = task.grid, _model()
+            heights, rough, size = ground.elevation, ground.roughness, ground.cell_size_m
+            links = heights, rough, size, model, task.corner_cutting
+            indptr, indices, costs = _brain.reversed_terrain_links(*links)
+        else:
+            # Links are the same both ways, so distances from the goal are those to it.
+            cells = task.cells()
+            indptr, indices, costs = cairn.grid_graph(cells, corner_cutting=task.corner_cutting)
+        nodes = len(indptr) - 1
         small = np.int32 if len(indices) < 2**31 else np.int64
-        links = costs.astype(np.float64), indices.astype(small), indptr.astype(small)
-        # Links are the same both ways, so distances from the goal are those to it.
-        self._graph = csr_array(links, shape=(nodes, nodes))
+        self._graph = csr_array(
+            (costs.astype(np.float64), indices.astype(small), indptr.astype(small)),
+            shape=(nodes, nodes),
+        )
         self.build_s = time.perf_counter() - begin
         self.arithmetic = "float64"
         self._dijkstra = csgraph.dijkstra
-        self._shape, self._unit = grid.shape, STEP if task.is_free else 1
-        self._goal = task.goal[0] * grid.shape[1] + task.goal[1]
+        self._shape, self._unit = task.grid.shape, STEP if task.is_free else 1
+        self._goal = task.goal[0] * self._shape[1] + task.goal[1]
         self._found: F64 | None = None
 
     def run(self) -> float:
@@ -165,6 +210,15 @@ class Scipy:
         """Return nothing: predecessors are not compared."""
 
 
+def _prices(task: Task, blocked: float) -> F64:
+    """Cost of each cell as float64, for peers that always cut corners."""
+    if isinstance(task.grid, Terrain):
+        raise Refused("knows no costs that differ there and back")
+    if not task.corner_cutting:
+        raise Refused("cuts corners always")
+    return np.where(task.grid > 0, task.grid.astype(np.float64), blocked)
+
+
 class ScikitImage:
     """`skimage.graph.MCP_Geometric`: the mean rule in float64; it always cuts corners."""
 
@@ -172,10 +226,9 @@ class ScikitImage:
         """Turn the map into costs, negative where blocked."""
         from skimage.graph import MCP_Geometric  # pyright: ignore[reportMissingImports]
 
-        if not task.corner_cutting:
-            raise Refused("cuts corners always")
+        cells = _prices(task, -1.0)
         self.arithmetic = "float64"
-        self._costs = np.where(task.grid > 0, task.grid.astype(np.float64), -1.0)
+        self._costs = cells
         self._goal, self._solver = task.goal, MCP_Geometric
         self._found: F64 | None = None
 
@@ -202,18 +255,16 @@ class XarraySpatial:
         import xarray  # pyright: ignore[reportMissingImports]
         from xrspatial import cost_distance  # pyright: ignore[reportMissingImports]
 
-        if not task.corner_cutting:
-            raise Refused("cuts corners always")
+        friction = _prices(task, np.nan)
         self.arithmetic = "float64"
-        rows, cols = task.grid.shape
+        rows, cols = friction.shape
         place = {"y": np.arange(rows, dtype=float), "x": np.arange(cols, dtype=float)}
 
         def array(values: npt.NDArray[Any]) -> Any:
             return xarray.DataArray(values, dims=("y", "x"), coords=place)
 
-        target = np.zeros(task.grid.shape)
+        target = np.zeros(friction.shape)
         target[task.goal] = 1.0
-        friction = np.where(task.grid > 0, task.grid.astype(np.float64), np.nan)
         self._target, self._friction = array(target), array(friction)
         self._solve = cost_distance
         self._found: Any = None
@@ -293,8 +344,13 @@ OURS: dict[str, Callable[[Task], Contender]] = {
 
 def ours(task: Task) -> list[str]:
     """Names of our contenders that take a task."""
-    left_out = "dial-f32" if task.is_free else "dial-wide"
-    return [name for name in OURS if name != left_out]
+    if task.is_free:
+        left_out = {"dial-f32"}
+    elif isinstance(task.grid, Terrain):
+        left_out = {"dial-wide", "dial-f32"}  # `dial` is in float32 there
+    else:
+        left_out = {"dial-wide"}
+    return [name for name in OURS if name not in left_out]
 
 
 def compare(

@@ -1,21 +1,40 @@
 """The maps that planning is measured on: drawn by a seed, the same on every machine.
 
 A map is square. `bool` arrays are True where free, at unit cost; `uint8` arrays are weights 1..255,
-0 blocked.
+0 blocked; a `Terrain` is planned with the energy of a P3-AT, up and down.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import numpy.typing as npt
 
-from cairn import _brain
+from cairn import _brain, terrain
 
-Map = npt.NDArray[Any]
+
+@dataclass(frozen=True)
+class Terrain:
+    """Heights and roughness, (rows, cols) float32, and the side of a cell [m]."""
+
+    elevation: npt.NDArray[np.float32]
+    roughness: npt.NDArray[np.float32]
+    cell_size_m: float
+
+    MODEL: ClassVar[Literal["p3at_energy"]] = "p3at_energy"
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, cols)."""
+        rows, cols = self.elevation.shape
+        return rows, cols
+
+
+Cells = npt.NDArray[Any]
+Map = Cells | Terrain
 SMALLEST = 8  # cells a side: below this some kinds have no room for what they are
 
 
@@ -61,10 +80,10 @@ def caves(size: int, seed: int) -> Map:
     return rock[1:-1, 1:-1] == 0
 
 
-def maze(corridor: int) -> Callable[[int, int], Map]:
+def maze(corridor: int) -> Callable[[int, int], Cells]:
     """A perfect maze, corridors of so many cells between walls of one."""
 
-    def draw(size: int, seed: int) -> Map:
+    def draw(size: int, seed: int) -> Cells:
         free = _brain.perfect_maze(size, size, corridor, seed)
         # Too small for a single room: an empty one.
         return np.ones((size, size), bool) if free is None else free
@@ -92,17 +111,64 @@ def _waves(size: int, cells: int, seed: int) -> npt.NDArray[np.float32]:
     return np.asarray(rows[:, knot] * (1 - t) + rows[:, knot + 1] * t, np.float32)
 
 
-def random_weights(size: int, seed: int) -> Map:
+def random_weights(size: int, seed: int) -> Cells:
     """Weights 1..255, each cell's its own."""
     return np.random.default_rng(seed).integers(1, 256, (size, size), np.uint8)
 
 
-def weighted_maze(size: int, seed: int) -> Map:
+def weighted_maze(size: int, seed: int) -> Cells:
     """A maze with corridors of 4 cells, each cell with a weight 1..255 of its own."""
     return np.where(maze(4)(size, seed), random_weights(size, seed), np.uint8(0))
 
 
-def as_costs(weights: Map) -> npt.NDArray[np.float32]:
+def fractal_terrain(size: int, seed: int) -> Terrain:
+    """Rough hills: a spectrum that falls as f^-2.2, slopes of 12 % in the mean, cells of 1 m."""
+    whole = 1 << (size - 1).bit_length()
+    rng = np.random.default_rng(seed)
+    across = np.fft.rfftfreq(whole, 1 / whole).astype(np.float32)
+    down = np.fft.fftfreq(whole, 1 / whole).astype(np.float32)
+    frequency = np.hypot(down[:, None], across)
+    frequency[0, 0] = 1.0
+    noise = rng.standard_normal(frequency.shape, np.float32) + 1j * rng.standard_normal(
+        frequency.shape, np.float32
+    )
+    noise *= frequency**-2.2
+    noise[0, 0] = 0.0
+    heights = np.fft.irfft2(noise, (whole, whole))[:size, :size].astype(np.float32)
+    slope = float(np.abs(np.diff(heights, axis=0)).mean())
+    return _terrain(heights * np.float32(0.12 / slope), 1.0)
+
+
+def real_terrain(size: int, seed: int) -> Terrain:
+    """Jacksboro fault, Tennessee: the elevation model that matplotlib ships, at its own resolution.
+
+    344 × 403 heights of 3 arc seconds, taken as cells of 90 m, mirrored side by side until they
+    fill the map; the seed says where in this pattern the map begins.
+    """
+    from matplotlib import cbook
+
+    found: Any = cbook.get_sample_data("jacksboro_fault_dem.npz")
+    with found as model:
+        tile = model["elevation"].astype(np.float32)
+    begin = np.random.default_rng(seed).integers(0, tile.shape)
+    rows, cols = (
+        _mirrored(int(first), size, count) for first, count in zip(begin, tile.shape, strict=True)
+    )
+    return _terrain(tile[np.ix_(rows, cols)], 90.0)
+
+
+def _mirrored(first: int, size: int, count: int) -> npt.NDArray[np.intp]:
+    """Indices 0 … count - 1, count - 1 … 0, 0 … from `first` on."""
+    at = (first + np.arange(size)) % (2 * count)
+    return np.minimum(at, 2 * count - 1 - at)
+
+
+def _terrain(elevation: npt.NDArray[np.float32], cell_size_m: float) -> Terrain:
+    elevation = np.ascontiguousarray(elevation)
+    return Terrain(elevation, terrain.roughness(elevation, cell_size_m), cell_size_m)
+
+
+def as_costs(weights: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
     """Weights as `cairn.plan_grid` takes costs: float32, inf blocked."""
     return np.where(weights > 0, weights, np.float32(np.inf)).astype(np.float32, copy=False)
 
@@ -121,6 +187,8 @@ CLASSES = {
         MapClass("smooth-weights", "slowly changing weights 1..255", smooth_weights, 2.0),
         MapClass("random-weights", "random weights 1..255", random_weights, 5.0),
         MapClass("weighted-maze", "maze-4 with random weights 1..255", weighted_maze, 6.0),
+        MapClass("fractal-terrain", "rough hills, energy of a P3-AT", fractal_terrain, 5.0),
+        MapClass("real-terrain", "Jacksboro fault, energy of a P3-AT", real_terrain, 5.0),
     ]
 }
 

@@ -1,6 +1,6 @@
 """Peak memory of one plan, measured in a process of its own.
 
-Run as `python -m cairn.experiments.memory MAP.npy ROW COL CUTTING SOLVER`; prints bytes as JSON.
+Run as `python -m cairn.experiments.memory MAP.npz SOLVER`; prints bytes as JSON.
 The peak is what the process held at most while solving, above what it held just before, plus the
 map itself. On Linux the kernel's high-water mark is reset just before; elsewhere nothing
 is measured.
@@ -8,6 +8,7 @@ is measured.
 
 from __future__ import annotations
 
+import gc
 import json
 import subprocess
 import sys
@@ -16,27 +17,27 @@ from pathlib import Path
 
 import numpy as np
 
+from cairn.experiments.contenders import InRust, Task
+from cairn.experiments.grids import Terrain
+
 _STATUS, _RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 
 
-def peak_share(
-    grid: np.ndarray, goal: tuple[int, int], corner_cutting: bool, solver: str = "cairn"
-) -> float | None:
-    """Return the peak of one plan as a share of (input + output), or None where it cannot be told.
-
-    Args:
-        grid: as the solver takes it: bool, or float32 costs.
-        goal: (row, col).
-        corner_cutting: whether diagonals may pass between blocked cells.
-        solver: name of a solver of the brain.
-    """
+def peak_share(task: Task, solver: str = "cairn") -> float | None:
+    """Peak of one plan as a share of (input + output); None where it cannot be told."""
     if not _RESET.exists():
         return None
+    ground = task.grid
+    arrays = (
+        {"elevation": ground.elevation, "roughness": ground.roughness, "size": ground.cell_size_m}
+        if isinstance(ground, Terrain)
+        else {"cells": task.cells()}
+    )
+    rule = {"goal": task.goal, "cutting": task.corner_cutting}
     with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "map.npy"
-        np.save(path, grid)
-        row, col = (str(int(part)) for part in goal)
-        command = [sys.executable, "-m", __name__, str(path), row, col, str(corner_cutting), solver]
+        path = Path(folder) / "map.npz"
+        np.savez(path, **arrays, **rule)
+        command = [sys.executable, "-m", __name__, str(path), solver]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         return None
@@ -52,21 +53,26 @@ def _held(key: str) -> int:
     raise OSError(f"{_STATUS} has no {key}")
 
 
-def _measure(path: str, row: str, col: str, cutting: str, solver: str) -> dict[str, int]:
-    from cairn import _brain
-
-    grid = np.load(path)
-    taken = grid.nbytes
-    goal = (int(row), int(col))
-    timed = _brain.TimedSolver(solver, grid, [goal], cutting == "True", 1)
-    del grid
+def _measure(path: str, solver: str) -> dict[str, int]:
+    with np.load(path) as told:
+        given = dict(told)
+    goal, cutting = tuple(map(int, given["goal"])), bool(given["cutting"])
+    if "cells" in given:
+        grid = given["cells"]
+    else:
+        grid = Terrain(given["elevation"], given["roughness"], float(given["size"]))
+    timed = InRust(solver, Task(grid, (goal[0], goal[1]), cutting))
+    taken = sum(each.nbytes for name, each in given.items() if each.ndim == 2)
+    del grid, given
+    gc.collect()
     before = _held("VmRSS")
     _RESET.write_text("5")
     timed.run()
     peak = _held("VmHWM") - before
-    native, codes = timed.native(), timed.next_node()
+    native, codes = timed.values(), timed.next_node()
+    assert codes is not None
     return {"input": taken, "output": native.nbytes + codes.nbytes, "peak": peak + taken}
 
 
 if __name__ == "__main__":
-    sys.stdout.write(json.dumps(_measure(*sys.argv[1:6])))
+    sys.stdout.write(json.dumps(_measure(*sys.argv[1:3])))
