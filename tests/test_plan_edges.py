@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import cairn
+from cairn import _brain
 from plan_oracles import (
     Case,
     grid_links,
@@ -31,6 +32,8 @@ ENGINES = {
     "one thread": {"threads": 1},
     "two threads": {"threads": 2},
     "three threads": {"threads": 3},
+    "portable, two threads": {"simd": "portable", "threads": 2},
+    **{level: {"simd": level} for level in _brain.simd_levels()},
 }
 
 ARITHMETICS = {
@@ -225,6 +228,31 @@ def test_fields_of_every_kind_of_map_equal_dijkstra_by_every_engine(draw, engine
                 np.random.default_rng(seed).choice([62, 64, 65, 97, 130, 193], 2).tolist()
             )
             check_random_map(seed, shape, engine, arithmetic, draw)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_a_field_for_one_start_is_the_whole_field_up_to_its_cost(engine):
+    rng = np.random.default_rng(11)
+    for number, draw in enumerate(MAPS):
+        shape = tuple(rng.choice([1, 17, 64, 65, 130], 2).tolist())
+        arithmetic = list(ARITHMETICS)[number % len(ARITHMETICS)]
+        number_type, _, options = ARITHMETICS[arithmetic]
+        free = draw(rng, shape)
+        free[0, 0] = True
+        costs = np.where(free, random_costs(rng, shape, arithmetic), INF)
+        given = costs.astype(number_type) if number_type else free
+        whole = cairn.plan_grid(given, (0, 0), **options)
+        for start in np.argwhere(np.ones(shape))[rng.integers(0, free.size, 4)].tolist():
+            field = cairn.plan_grid(given, (0, 0), start=start, **options, **ENGINES[engine])
+            kept = whole.native <= whole.native[tuple(start)]
+            left_out = np.inf if number_type else np.iinfo(whole.native.dtype).max
+            np.testing.assert_array_equal(field.native, np.where(kept, whole.native, left_out))
+            np.testing.assert_array_equal(field.next_node, np.where(kept, whole.next_node, -1))
+            np.testing.assert_array_equal(field.path(start), whole.path(start))
+            short = field.path(start, any_angle=True)
+            if short is not None:
+                assert short[0].tolist() == start
+                assert short[-1].tolist() == [0, 0]
 
 
 @pytest.mark.slow
