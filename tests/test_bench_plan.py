@@ -202,7 +202,19 @@ def test_the_command_prints_a_record_with_its_summary_first(command, tmp_path):
     assert json.loads((tmp_path / "here/summary.json").read_text()) == record
     table = (tmp_path / "BENCHMARKS.md").read_text()
     assert "| open | 64² | strict |" in table
-    assert "cairn bench plan" in table
+    assert table.startswith("# Benchmarks")
+
+
+def test_a_section_of_benchmarks_is_replaced_and_the_rest_kept(tmp_path):
+    path = tmp_path / "BENCHMARKS.md"
+    bench_report.written(path, "one", "0.123\n")
+    path.write_text(path.read_text() + "\nby hand\n")
+    bench_report.written(path, "two", "second\n")
+    bench_report.written(path, "one", "third\n")
+    text = path.read_text()
+    assert "0.123" not in text
+    assert text.index("third") < text.index("by hand") < text.index("second")
+    assert text.count("<!-- one -->") == text.count("<!-- end of two -->") == 1
 
 
 def test_a_table_for_people_tells_peers_that_are_missing(command, monkeypatch):
@@ -251,3 +263,38 @@ def test_the_cases_of_a_full_run_are_every_kind_at_both_sizes_and_those_with_aim
     assert len(cases) == 2 * (2 * len(CLASSES) + 2)
     assert bench_report.number(1.234) == "1.23"
     assert bench_report.number(None) == "–"
+
+
+# ---- published maps ---
+
+ARENA = ["........", ".@@@@...", ".....@..", "........"]
+
+
+def movingai(folder, lengths):
+    """A map with queries from the lower left to the upper right, of these published lengths."""
+    (folder / "arena.map").write_text("type octile\nheight 4\nwidth 8\nmap\n" + "\n".join(ARENA))
+    lines = [f"0\tarena.map\t8\t4\t0\t3\t7\t{goal}\t{length}" for goal, length in lengths]
+    (folder / "arena.map.scen").write_text("version 1\n" + "\n".join(lines))
+
+
+def test_published_lengths_are_checked_one_by_one(command, tmp_path):
+    movingai(tmp_path, [(3, "7"), (0, "9.41"), (0, "9.41421356")])
+    code, said, _ = command("bench", "movingai", tmp_path, "--repeats", "2", "--json")
+    assert code == 0
+    record = json.loads(said)
+    assert record["summary"]["lengths_met"] == record["summary"]["queries"] == 3
+    assert record["summary"]["geometric_mean_ratio"] > 0
+    assert record["maps"][0]["cairn_ms"]["median"] > 0
+    assert json.loads((tmp_path / "runs/bench-movingai/summary.json").read_text()) == record
+
+
+def test_a_length_that_is_not_met_is_told_and_ends_with_code_3(command, tmp_path):
+    movingai(tmp_path, [(3, "7"), (0, "7.5")])
+    code, said, _ = command("bench", "movingai", tmp_path)
+    assert code == 3
+    assert "1 of 2" in said
+    assert "published 7.5" in said
+
+
+def test_a_folder_without_maps_is_a_usage_error(command, tmp_path):
+    assert command("bench", "movingai", tmp_path)[0] == 2

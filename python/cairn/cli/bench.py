@@ -17,6 +17,8 @@ from cairn.missions.result import EXIT_NOT_REACHED
 from cairn.record import write_summary
 from cairn.strict_json import plain
 
+BENCHMARKS = Path("BENCHMARKS.md")
+
 bench = typer.Typer(no_args_is_help=True, help="Measure, beside others, and compare the answers.")
 app.add_typer(bench, name="bench")
 
@@ -47,7 +49,7 @@ def bench_plan(
         Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-plan.")
     ] = None,
     markdown: Annotated[
-        bool, typer.Option("--markdown", help="Write BENCHMARKS.md where you are.")
+        bool, typer.Option("--markdown", help="Write its part of BENCHMARKS.md where you are.")
     ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record, nothing else.")
@@ -55,7 +57,7 @@ def bench_plan(
 ) -> None:
     """Plan on every kind of map, beside Dial, scipy and others. Code 3 if answers differ."""
     from cairn.experiments import bench_plan as measuring
-    from cairn.experiments.bench_report import markdown as written
+    from cairn.experiments.bench_report import plans_section, written
     from cairn.experiments.contenders import PEERS
     from cairn.experiments.grids import CLASSES
 
@@ -81,9 +83,8 @@ def bench_plan(
     folder = out or Path("runs/bench-plan")
     files = [write_summary(record, folder)]
     if markdown:
-        path = Path("BENCHMARKS.md")
-        path.write_text(written(record, _command()), encoding="utf-8")
-        files.append(path)
+        written(BENCHMARKS, "cairn bench plan", plans_section(record, _command()))
+        files.append(BENCHMARKS)
     if as_json:
         sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
     else:
@@ -91,11 +92,76 @@ def bench_plan(
     raise typer.Exit(0 if record["summary"]["agree"] else EXIT_NOT_REACHED)
 
 
-def _measure(settings: Any, quiet: bool) -> dict[str, Any]:
-    """Measure every case, showing how far it is and how long it will take."""
-    from cairn.experiments import bench_plan as measuring
+@bench.command("movingai")
+def bench_movingai(
+    folder: Annotated[Path, typer.Argument(help="Holds .map files and their .map.scen files.")],
+    repeats: Annotated[int, typer.Option(min=1, help="Timed fields of each map.")] = 9,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-movingai.")
+    ] = None,
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Write its part of BENCHMARKS.md where you are.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the record, nothing else.")
+    ] = False,
+) -> None:
+    """Time the field of MovingAI maps and check every published length. Code 3 if one is missed."""
+    from cairn.experiments import bench_movingai as measuring
+    from cairn.experiments.bench_report import maps_section, written
+    from cairn.experiments.machine import describe
 
-    columns = (
+    paths = measuring.find_maps(folder)
+    if not paths:
+        raise typer.BadParameter(f"{folder}: no .map file there", param_hint="FOLDER")
+    results = []
+    hidden = as_json or not console.is_terminal
+    machine = describe()
+    with Progress(*_columns(), console=console, transient=True, disable=hidden) as progress:
+        work = progress.add_task("", total=len(paths))
+        for result in measuring.measure(
+            paths, repeats, lambda text: progress.update(work, description=text)
+        ):
+            results.append(result)
+            progress.advance(work)
+    record = plain(
+        {
+            "summary": measuring.summary_of(results),
+            "machine": machine,
+            "maps": [result.to_dict() for result in results],
+        }
+    )
+    files = [write_summary(record, out or Path("runs/bench-movingai"))]
+    if markdown:
+        written(BENCHMARKS, "cairn bench movingai", maps_section(record, _command()))
+        files.append(BENCHMARKS)
+    if as_json:
+        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+    else:
+        _print_maps(record, files)
+    raise typer.Exit(0 if record["summary"]["all_met"] else EXIT_NOT_REACHED)
+
+
+def _print_maps(record: dict[str, Any], files: list[Path]) -> None:
+    from cairn.experiments.bench_report import MAP_COLUMNS, machine_lines, map_row, maps_line
+
+    table = Table(*MAP_COLUMNS, box=None, pad_edge=False, header_style="dim")
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for each in record["maps"]:
+        name, *others = map_row(each)
+        table.add_row(f"[bold]{name}[/]", *others)
+    console.print(table)
+    console.print("\n" + maps_line(record["summary"]))
+    for wrong in record["summary"]["wrong"]:
+        console.print(f"[red]{wrong}[/]", highlight=False)
+    for line in machine_lines(record["machine"]):
+        console.print(f"[dim]{line}[/]", highlight=False)
+    console.print("[dim]" + "  ".join(map(str, files)) + "[/]")
+
+
+def _columns() -> tuple[Any, ...]:
+    return (
         BarColumn(),
         TextColumn("{task.percentage:3.0f} %"),
         TimeElapsedColumn(),
@@ -103,10 +169,16 @@ def _measure(settings: Any, quiet: bool) -> dict[str, Any]:
         TimeRemainingColumn(),
         TextColumn("[dim]{task.description}[/]"),
     )
+
+
+def _measure(settings: Any, quiet: bool) -> dict[str, Any]:
+    """Measure every case, showing how far it is and how long it will take."""
+    from cairn.experiments import bench_plan as measuring
+
     hidden = quiet or not console.is_terminal
     machine = measuring.describe()
     results = []
-    with Progress(*columns, console=console, transient=True, disable=hidden) as progress:
+    with Progress(*_columns(), console=console, transient=True, disable=hidden) as progress:
         work = progress.add_task("", total=sum(case.size**2 for case in settings.cases))
         bench = measuring.Bench(settings, lambda text: progress.update(work, description=text))
         for result in bench.run():

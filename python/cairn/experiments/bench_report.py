@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 HEAD = """# Benchmarks
 
+## Plans on grids
+
 The field of every cell to one goal: cost-to-go and next cell. The command above a table makes it
-again. Figures are medians, with the least and most of the runs in brackets.
+again, and with `--markdown` writes it here. Figures are medians, with the least and most of the
+runs in brackets.
 
 - **Dial**: our own plain bucket queue [Dial69] on the same integers, flat arrays used again: one
   bucket per unit of cost on free grids, buckets of 1024 units on weights (one per unit is five
@@ -23,6 +28,8 @@ again. Figures are medians, with the least and most of the runs in brackets.
 - *Cutting*: diagonals may pass between blocked cells; *strict*: they may not (the default).
 - scipy: `csgraph.dijkstra`, sparse matrix ready; scikit-image: `MCP_Geometric`; xarray-spatial:
   `cost_distance`. The last two always cut corners.
+- Terrain is priced on the fly by the energy of a P3-AT, in float32; Dial is given the moves that
+  the limits allow, Cairn finds them.
 """
 
 COLUMNS = (
@@ -32,21 +39,77 @@ COLUMNS = (
 )  # fmt: skip
 
 
-def markdown(record: dict[str, Any], command: str) -> str:
-    """BENCHMARKS.md of a record of `cairn bench plan`."""
-    machine, summary = record["machine"], record["summary"]
-    lines = [HEAD, "## Plans on grids", "", f"`{command}`", ""]
-    lines += [f"- {line}" for line in machine_lines(machine)]
-    lines += ["", *(f"- {line}" for line in summary_lines(summary)), ""]
-    lines += [
-        "| " + " | ".join(COLUMNS) + " |",
-        "|---|" + "---:|" * (len(COLUMNS) - 1),
-    ]
-    lines += ["| " + " | ".join(row(case)) + " |" for case in record["cases"]]
+def written(path: Path, name: str, section: str) -> None:
+    """Put a section of BENCHMARKS.md in the place of the last one of its name.
+
+    What stands between `<!-- NAME -->` and `<!-- end of NAME -->` is replaced, the rest of the file
+    kept; a section that was not there is added at the end, a file that was not there begun.
+    """
+    text = path.read_text(encoding="utf-8") if path.exists() else HEAD
+    begin, end = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    block = f"{begin}\n{section}{end}"
+    if begin in text and end in text:
+        before, _, rest = text.partition(begin)
+        _, _, after = rest.partition(end)
+        text = before + block + after
+    else:
+        text = text.rstrip() + f"\n\n{block}\n"
+    path.write_text(text, encoding="utf-8")
+
+
+def plans_section(record: dict[str, Any], command: str) -> str:
+    """What `cairn bench plan` found."""
+    lines = [f"`{command}`", ""]
+    lines += [f"- {line}" for line in machine_lines(record["machine"])]
+    lines += [f"- {line}" for line in summary_lines(record["summary"])]
+    lines += ["", *table(COLUMNS, [row(case) for case in record["cases"]])]
     left_out = skipped(record)
     if left_out:
         lines += ["", "Left out: " + "; ".join(f"{why} ({count})" for why, count in left_out) + "."]
     return "\n".join(lines) + "\n"
+
+
+def maps_section(record: dict[str, Any], command: str) -> str:
+    """What `cairn bench movingai` found."""
+    lines = [f"`{command}`", ""]
+    lines += [f"- {line}" for line in machine_lines(record["machine"])]
+    lines += [f"- {maps_line(record['summary'])}", ""]
+    lines += table(MAP_COLUMNS, [map_row(each) for each in record["maps"]])
+    return "\n".join(lines) + "\n"
+
+
+def table(columns: Sequence[str], rows: list[list[str]]) -> list[str]:
+    """Lines of a table, the first column to the left, the others to the right."""
+    head = ["| " + " | ".join(columns) + " |", "|---|" + "---:|" * (len(columns) - 1)]
+    return head + ["| " + " | ".join(each) + " |" for each in rows]
+
+
+MAP_COLUMNS = (
+    "map", "cells", "Dial ÷ Cairn", "whole field ms", "ns per cell", "lengths met",
+    "field + path in Python ms",
+)  # fmt: skip
+
+
+def map_row(each: dict[str, Any]) -> list[str]:
+    """One map, as text by `MAP_COLUMNS`."""
+    took = each["cairn_ms"]
+    return [
+        each["map"],
+        "{} × {}".format(*each["shape"]),
+        times(each["ratio"]),
+        f"{number(took['median'])} ({number(took['least'])}–{number(took['most'])})",
+        number(each["ns_per_cell"]),
+        f"{each['lengths_met']} of {each['queries']}",
+        number(each["query_ms"]),
+    ]
+
+
+def maps_line(summary: dict[str, Any]) -> str:
+    """What all maps come to."""
+    return (
+        f"Dial ÷ Cairn: geometric mean {times(summary['geometric_mean_ratio'])}; "
+        f"{summary['lengths_met']} of {summary['queries']} published lengths met"
+    )
 
 
 def machine_lines(machine: dict[str, Any]) -> list[str]:
