@@ -95,18 +95,18 @@ pub fn plan_costs_f64(costs: &Grid<f64>, goals: &[Cell], options: &PlanOptions) 
 #[derive(Debug, Default)]
 pub struct GridPlanner {
     free: FreeBits,
-    in_u32: Desk<u32>,
-    in_u64: Desk<u64>,
-    in_f32: Desk<f32>,
+    pub(super) in_u32: Desk<u32>,
+    pub(super) in_u64: Desk<u64>,
+    pub(super) in_f32: Desk<f32>,
     in_f64: Desk<f64>,
-    codes: Vec<i8>,
+    pub(super) codes: Vec<i8>,
 }
 
 /// Room and spare arrays of one number type.
 #[derive(Debug, Default)]
 pub struct Desk<T: TileCost> {
-    room: Room<T>,
-    values: Vec<T>,
+    pub(super) room: Room<T>,
+    pub(super) values: Vec<T>,
 }
 
 impl GridPlanner {
@@ -180,7 +180,7 @@ impl GridPlanner {
 /// Grids of fewer cells are planned by one thread if it is left to the solver.
 const CELLS_WORTH_THREADS: usize = 1 << 18;
 
-fn task<'a>(geometry: &GridGeometry, goals: &'a [u32], options: &PlanOptions) -> Task<'a> {
+pub(super) fn task<'a>(geometry: &GridGeometry, goals: &'a [u32], options: &PlanOptions) -> Task<'a> {
     let GridGeometry { rows, cols, .. } = *geometry;
     let threads = options.threads.unwrap_or_else(|| {
         let many = rows * cols >= CELLS_WORTH_THREADS;
@@ -293,7 +293,7 @@ pub(super) fn free_cells<C: CellNumber>(costs: &Grid<C>) -> Result<Vec<bool>, Pl
 }
 
 /// The row-major indices of the goals, ascending, each once.
-fn checked_goals(
+pub(super) fn checked_goals(
     geometry: &GridGeometry,
     goals: &[Cell],
     options: &PlanOptions,

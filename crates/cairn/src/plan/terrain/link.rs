@@ -18,6 +18,15 @@ pub trait LinkCost: Copy + Send + Sync {
     ///
     /// Meant for moves that are allowed; for others it gives some value or NaN, and never traps.
     fn link<const DIAGONAL: bool>(&self, rise_m: f32, roughness_from: f32, roughness_to: f32) -> f32;
+
+    /// A bound below every link's cost, > 0.
+    fn least(&self) -> f32;
+
+    /// A bound above the costs of links that rise or fall by at most `rise_m` between cells no rougher.
+    fn most(&self, rise_m: f32, roughness: f32) -> f32 {
+        let straight = self.link::<false>(rise_m, roughness, roughness);
+        1.001 * larger(straight, self.link::<true>(rise_m, roughness, roughness))
+    }
 }
 
 /// Horizontal lengths of a straight and a diagonal move \[m\].
@@ -73,6 +82,10 @@ impl Drive {
         let time = larger(length * (self.pace + self.rough_pace * rough), work * self.per_power);
         (work, time)
     }
+
+    fn least_time(&self) -> f32 {
+        self.run2[0].sqrt() * self.pace
+    }
 }
 
 /// Time of a P3-AT \[s\], see [`P3at`].
@@ -92,6 +105,10 @@ impl LinkCost for P3atTimeLinks {
     #[inline(always)]
     fn link<const DIAGONAL: bool>(&self, rise_m: f32, roughness_from: f32, roughness_to: f32) -> f32 {
         self.0.work_and_time::<DIAGONAL>(rise_m, roughness_from, roughness_to).1
+    }
+
+    fn least(&self) -> f32 {
+        self.0.least_time()
     }
 }
 
@@ -121,6 +138,10 @@ impl LinkCost for P3atEnergyLinks {
     fn link<const DIAGONAL: bool>(&self, rise_m: f32, roughness_from: f32, roughness_to: f32) -> f32 {
         let (work, time) = self.drive.work_and_time::<DIAGONAL>(rise_m, roughness_from, roughness_to);
         self.hotel * time + self.effort * larger(work, 0.0)
+    }
+
+    fn least(&self) -> f32 {
+        self.hotel * self.drive.least_time()
     }
 }
 
@@ -154,6 +175,10 @@ impl LinkCost for ToblerLinks {
     fn link<const DIAGONAL: bool>(&self, rise_m: f32, _roughness_from: f32, _roughness_to: f32) -> f32 {
         let way = DIAGONAL as usize;
         self.base[way] * exp2((rise_m * self.per_rise[way] + self.offset).abs())
+    }
+
+    fn least(&self) -> f32 {
+        0.999 * self.base[0]
     }
 }
 

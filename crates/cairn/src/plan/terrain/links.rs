@@ -4,7 +4,6 @@ use crate::plan::PlanError;
 use crate::plan::moves::MOVES;
 use crate::world::{Grid, GridGeometry};
 
-use super::heap::refuse_empty;
 use super::link::{LinkCost, P3atEnergyLinks, P3atTimeLinks, ToblerLinks};
 use super::model::{TerrainModel, checked_cell_size};
 use super::surface::{allowed_moves, check_elevation, check_roughness, roughness_of};
@@ -25,6 +24,8 @@ pub struct TerrainLinks<'a, M> {
     pub max_roughness: f32,
     /// Bit k: the move with code k out of the cell is allowed (it need not be, back).
     pub allowed: Vec<u8>,
+    /// No allowed move rises or falls by more \[m\].
+    pub steepest: f32,
     /// What a move costs.
     pub model: M,
 }
@@ -43,6 +44,20 @@ impl<M: LinkCost> TerrainLinks<'_, M> {
     pub fn is_blocked(&self, index: usize) -> bool {
         let rough = self.roughness.get(index).copied().unwrap_or(0.0);
         self.elevation[index].is_nan() || rough.is_nan() || rough > self.max_roughness
+    }
+
+    /// Bounds below and above the costs of allowed moves.
+    pub(super) fn extremes(&self) -> [f32; 2] {
+        let (mut lowest, mut highest, mut roughest) = (f32::MAX, f32::MIN, 0.0_f32);
+        for &height in self.elevation {
+            lowest = if height < lowest { height } else { lowest }; // not so for NaN
+            highest = if height > highest { height } else { highest };
+        }
+        for &rough in &*self.roughness {
+            roughest = if rough > roughest { rough } else { roughest };
+        }
+        let rise = (highest - lowest).max(0.0).min(self.steepest);
+        [self.model.least(), self.model.most(rise, roughest)]
     }
 
     /// Cost of an allowed move.
@@ -99,7 +114,10 @@ impl<'a> AnyTerrainLinks<'a> {
         corner_cutting: bool,
     ) -> Result<Self, PlanError> {
         let geometry = elevation.geometry;
-        refuse_empty(&geometry)?;
+        let GridGeometry { rows, cols, .. } = geometry;
+        if geometry.is_empty() {
+            return Err(PlanError::EmptyGrid { rows, cols });
+        }
         let size = checked_cell_size(geometry.resolution_m)?;
         model.check()?;
         check_elevation(elevation)?;
@@ -117,9 +135,18 @@ impl<'a> AnyTerrainLinks<'a> {
         let allowed = allowed_moves(&geometry, &elevation.values, known, &limits, corner_cutting);
         let elevation = elevation.values.as_slice();
         let max_roughness = limits.roughness as f32;
+        let steepest = limits.steepest(size);
         macro_rules! links {
             ($model:expr) => {
-                TerrainLinks { geometry, elevation, roughness, max_roughness, allowed, model: $model }
+                TerrainLinks {
+                    geometry,
+                    elevation,
+                    roughness,
+                    max_roughness,
+                    allowed,
+                    steepest,
+                    model: $model,
+                }
             };
         }
         Ok(match model {

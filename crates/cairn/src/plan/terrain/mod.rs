@@ -1,20 +1,17 @@
 //! Planning over terrain: what a move costs depends on how far it rises, so there and back differ.
 
 mod exp2;
-mod heap;
 mod link;
 mod links;
 mod model;
 mod path;
+mod planner;
 mod rows;
 mod surface;
 mod weights;
 
-use super::{Field, PlanError, PlanOptions};
-use crate::world::{Cell, Grid, GridGeometry};
-
-use heap::{DirectedLinks, checked_goals, solve};
-use links::with_links;
+use super::{Field, GridPlanner, PlanError, PlanOptions};
+use crate::world::{Cell, Grid};
 
 pub use exp2::exp2;
 pub use link::{LinkCost, P3atEnergyLinks, P3atTimeLinks, ToblerLinks};
@@ -24,18 +21,6 @@ pub use path::terrain_path_cost;
 pub use rows::DirectedRows;
 pub use surface::roughness_of;
 pub use weights::{DirectionWeights, plan_weights_f32, plan_weights_u32};
-
-impl<M: LinkCost> DirectedLinks<f32> for TerrainLinks<'_, M> {
-    fn geometry(&self) -> &GridGeometry {
-        &self.geometry
-    }
-    fn allowed(&self, index: usize) -> u8 {
-        self.allowed[index]
-    }
-    fn cost(&self, index: usize, code: usize) -> f32 {
-        TerrainLinks::cost(self, index, code)
-    }
-}
 
 /// The field of an elevation grid \[m\], NaN where there is no data, in the unit of `model`: joules or seconds.
 ///
@@ -49,7 +34,8 @@ impl<M: LinkCost> DirectedLinks<f32> for TerrainLinks<'_, M> {
 /// # Errors
 /// As [`AnyTerrainLinks::new`]; [`PlanError::EmptyGrid`], [`GridTooLarge`](PlanError::GridTooLarge),
 /// [`NoGoal`](PlanError::NoGoal), [`GoalOutsideGrid`](PlanError::GoalOutsideGrid),
-/// [`GoalBlocked`](PlanError::GoalBlocked), [`NoThreads`](PlanError::NoThreads);
+/// [`GoalBlocked`](PlanError::GoalBlocked), [`NoThreads`](PlanError::NoThreads),
+/// [`SimdNotAvailable`](PlanError::SimdNotAvailable), [`StartOutsideGrid`](PlanError::StartOutsideGrid);
 /// [`LinkCostAbsorbed`](PlanError::LinkCostAbsorbed), [`CostToGoOverflow`](PlanError::CostToGoOverflow).
 pub fn plan_terrain(
     elevation: &Grid<f32>,
@@ -58,11 +44,5 @@ pub fn plan_terrain(
     goals: &[Cell],
     options: &PlanOptions,
 ) -> Result<Field, PlanError> {
-    let links = AnyTerrainLinks::new(elevation, roughness, model, options.corner_cutting)?;
-    with_links!(&links, links => {
-        let indices =
-            checked_goals(&elevation.geometry, goals, options.threads, |index| links.is_blocked(index))?;
-        let (values, codes) = solve(links, &indices)?;
-        Ok(Field::new(elevation.geometry, goals, values, 1.0, codes))
-    })
+    GridPlanner::default().plan_terrain(elevation, roughness, model, goals, options)
 }

@@ -146,7 +146,7 @@ mod tests {
             for model in [TerrainModel::P3atEnergy(P3at::default()), TerrainModel::Tobler(Tobler::default())]
             {
                 let links = AnyTerrainLinks::new(&elevation, None, &model, false).unwrap();
-                super::super::with_links!(&links, links => for row in 0..rows {
+                crate::plan::terrain::links::with_links!(&links, links => for row in 0..rows {
                     for code in 0..8 {
                         for (first, n) in [(0, cols), (cols / 3, cols - cols / 3), (0, cols / 2), (0, 0)] {
                             let costs = whole_row(links, code, row, first, n);

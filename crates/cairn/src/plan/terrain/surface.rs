@@ -130,6 +130,14 @@ impl Bounds {
     }
 }
 
+impl Limits {
+    /// No allowed move rises or falls by more \[m\].
+    pub(super) fn steepest(&self, cell_size_m: f64) -> f32 {
+        let Bounds { climb, descent, .. } = Bounds::new(self, cell_size_m);
+        climb[1].max(descent[1])
+    }
+}
+
 /// Whether the slope across a move stays within its bound.
 ///
 /// `left`, `right`: heights to both sides of its middle, NaN where there is none; `middle`: its own height.

@@ -1,9 +1,6 @@
-use crate::plan::field::Native;
 use crate::plan::moves::MOVES;
-use crate::plan::{Cost, Field, PlanError, PlanOptions};
+use crate::plan::{Cost, Field, GridPlanner, PlanError, PlanOptions};
 use crate::world::{Cell, GridGeometry};
-
-use super::heap::{DirectedLinks, checked_goals, refuse_empty, solve};
 
 /// The cost of every move out of every cell: eight planes, (8, rows, cols), row-major.
 ///
@@ -53,6 +50,14 @@ impl<'a, T: Cost> DirectionWeights<'a, T> {
         &self.planes[code * self.geometry.len()..][..self.geometry.len()]
     }
 
+    /// The least and the largest cost of a move that there is; (largest of the type, 0) without one.
+    pub(super) fn extremes(&self) -> [T; 2] {
+        self.planes.iter().fold([T::UNREACHABLE, T::ZERO], |[least, most], &cost| {
+            let finite = if cost < T::UNREACHABLE { cost } else { T::ZERO };
+            [if cost < least { cost } else { least }, if finite > most { finite } else { most }]
+        })
+    }
+
     /// The moves that exist, bit k of each cell for code k.
     pub fn allowed(&self) -> Vec<u8> {
         let GridGeometry { rows, cols, .. } = self.geometry;
@@ -73,47 +78,6 @@ impl<'a, T: Cost> DirectionWeights<'a, T> {
     }
 }
 
-struct WeightLinks<'a, T> {
-    weights: DirectionWeights<'a, T>,
-    allowed: Vec<u8>,
-}
-
-impl<T: Cost> DirectedLinks<T> for WeightLinks<'_, T> {
-    fn geometry(&self) -> &GridGeometry {
-        &self.weights.geometry
-    }
-    fn allowed(&self, index: usize) -> u8 {
-        self.allowed[index]
-    }
-    fn cost(&self, index: usize, code: usize) -> T {
-        self.weights.plane(code)[index]
-    }
-}
-
-/// The same links, summed in a wider integer.
-struct Widened<'a>(WeightLinks<'a, u32>);
-
-impl DirectedLinks<u64> for Widened<'_> {
-    fn geometry(&self) -> &GridGeometry {
-        self.0.geometry()
-    }
-    fn allowed(&self, index: usize) -> u8 {
-        self.0.allowed(index)
-    }
-    fn cost(&self, index: usize, code: usize) -> u64 {
-        u64::from(self.0.cost(index, code))
-    }
-}
-
-fn links_and_goals<'a, T: Native>(
-    weights: &DirectionWeights<'a, T>,
-    goals: &[Cell],
-    options: &PlanOptions,
-) -> Result<(WeightLinks<'a, T>, Vec<u32>), PlanError> {
-    let goals = checked_goals(&weights.geometry, goals, options.threads, |_| false)?;
-    Ok((WeightLinks { weights: *weights, allowed: weights.allowed() }, goals))
-}
-
 /// The field of a grid of which every move has a cost of its own, in single precision, in the unit given.
 ///
 /// The least fixed point of J(goal) = 0, J(n) = min over moves n -> m of c(n, m) + J(m), one rounded add per
@@ -121,7 +85,8 @@ fn links_and_goals<'a, T: Native>(
 ///
 /// # Errors
 /// [`PlanError::EmptyGrid`], [`GridTooLarge`](PlanError::GridTooLarge), [`NoGoal`](PlanError::NoGoal),
-/// [`GoalOutsideGrid`](PlanError::GoalOutsideGrid), [`NoThreads`](PlanError::NoThreads);
+/// [`GoalOutsideGrid`](PlanError::GoalOutsideGrid), [`NoThreads`](PlanError::NoThreads),
+/// [`SimdNotAvailable`](PlanError::SimdNotAvailable), [`StartOutsideGrid`](PlanError::StartOutsideGrid);
 /// [`LinkCostAbsorbed`](PlanError::LinkCostAbsorbed) and [`CostToGoOverflow`](PlanError::CostToGoOverflow)
 /// where weights differ too much in size for f32.
 pub fn plan_weights_f32(
@@ -129,10 +94,7 @@ pub fn plan_weights_f32(
     goals: &[Cell],
     options: &PlanOptions,
 ) -> Result<Field, PlanError> {
-    refuse_empty(&weights.geometry)?;
-    let (links, indices) = links_and_goals(weights, goals, options)?;
-    let (values, codes) = solve::<f32>(&links, &indices)?;
-    Ok(Field::new(weights.geometry, goals, values, 1.0, codes))
+    GridPlanner::default().plan_weights_f32(weights, goals, options)
 }
 
 /// [`plan_weights_f32`] in integers: u32, or u64 where a cost-to-go would not fit.
@@ -144,14 +106,5 @@ pub fn plan_weights_u32(
     goals: &[Cell],
     options: &PlanOptions,
 ) -> Result<Field, PlanError> {
-    refuse_empty(&weights.geometry)?;
-    let (links, indices) = links_and_goals(weights, goals, options)?;
-    match solve::<u32>(&links, &indices) {
-        Ok((values, codes)) => Ok(Field::new(weights.geometry, goals, values, 1.0, codes)),
-        Err(PlanError::CostToGoOverflow { .. }) => {
-            let (values, codes) = solve::<u64>(&Widened(links), &indices)?;
-            Ok(Field::new(weights.geometry, goals, values, 1.0, codes))
-        }
-        Err(error) => Err(error),
-    }
+    GridPlanner::default().plan_weights_u32(weights, goals, options)
 }

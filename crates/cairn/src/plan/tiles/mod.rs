@@ -10,6 +10,7 @@ mod avx2;
 mod avx512;
 mod bits;
 mod board;
+mod directed;
 mod finish;
 mod free;
 mod lanes;
@@ -21,11 +22,13 @@ mod sweep;
 mod visit;
 
 pub use bits::FreeBits;
+pub use directed::DirectedGrid;
 pub use free::FreeGrid;
 pub use lanes::TileCost;
 pub use level::Simd;
 pub use mean::{CellNumber, MeanGrid};
 pub use run::{Room, Solved, Task, solve};
+pub use visit::Links;
 
 /// Rows and columns of a tile.
 const SIDE: usize = 64;
