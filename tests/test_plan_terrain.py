@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import cairn
-from cairn import terrain
+from cairn import _brain, terrain
 from plan_oracles import MOVES, check_pointers, joined, lowest_codes, textbook_cost_to_go
 from terrain_oracles import P3AT, TOBLER, relaxed, roughness, terrain_links
 
@@ -289,6 +289,20 @@ def test_masked_heights_are_no_data_and_whole_numbers_are_metres():
     assert np.isinf(a[1, 1])
 
 
+@pytest.mark.parametrize("simd", _brain.simd_levels())
+def test_instructions_and_a_start_change_what_is_solved_not_how(simd):
+    rng = np.random.default_rng(15)
+    elevation = fractal(rng, 70, 131, 60.0, 1.8)
+    whole = cairn.plan_terrain(elevation, 5.0, (60, 40), "p3at_time")
+    same = cairn.plan_terrain(elevation, 5.0, (60, 40), "p3at_time", simd=simd)
+    np.testing.assert_array_equal(same.native, whole.native)
+    start = (7, 100)
+    field = cairn.plan_terrain(elevation, 5.0, (60, 40), "p3at_time", simd=simd, start=start)
+    kept = whole.native <= whole.native[start]
+    np.testing.assert_array_equal(field.native, np.where(kept, whole.native, np.inf))
+    np.testing.assert_array_equal(field.next_node, np.where(kept, whole.next_node, -1))
+
+
 def test_several_goals_are_the_least_of_each_and_threads_change_nothing():
     elevation = fractal(np.random.default_rng(15), 30, 40, 15.0)
     goals = [(3, 4), (25, 35)]
@@ -374,6 +388,9 @@ def with_value(value, at=(1, 2), shape=(3, 4)):
         ({"model": terrain.Tobler}, "TerrainModelUnknown", {}),
         ({"threads": 0}, "NoThreads", {}),
         ({"threads": -1}, "UnknownPlanOption", {"option": "threads"}),
+        ({"simd": "sse9"}, "UnknownPlanOption", {"option": "simd"}),
+        ({"start": (0, 99)}, "StartOutsideGrid", {"col": 99}),
+        ({"start": 5}, "StartMalformed", {"value": 5}),
         ({"corner_cutting": 1}, "UnknownPlanOption", {"option": "corner_cutting"}),
     ],
 )

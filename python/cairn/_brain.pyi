@@ -103,7 +103,7 @@ def plan_terrain(
     model: dict[str, Any],
     goals: list[tuple[int, int]],
     corner_cutting: bool,
-    threads: int | None,
+    means: Means,
 ) -> GridField:
     """Plan on an elevation grid, in the unit of the model."""
 
@@ -145,12 +145,12 @@ def terrain_check(model: dict[str, Any]) -> None:
     """Refuse a model with unusable parameters."""
 
 def plan_weights_f32(
-    weights: NDArray[np.float32], goals: list[tuple[int, int]], threads: int | None
+    weights: NDArray[np.float32], goals: list[tuple[int, int]], means: Means
 ) -> GridField:
     """Plan on a grid with one float32 cost per move, (8, rows, cols)."""
 
 def plan_weights_u32(
-    weights: NDArray[np.uint32], goals: list[tuple[int, int]], threads: int | None
+    weights: NDArray[np.uint32], goals: list[tuple[int, int]], means: Means
 ) -> GridField:
     """Plan on a grid with one uint32 cost per move, (8, rows, cols)."""
 

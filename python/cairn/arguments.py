@@ -2,7 +2,7 @@
 
 import operator
 from collections.abc import Sized
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,10 @@ from cairn import errors
 GridCell = tuple[int, int]
 Place = tuple[float, tuple[float, float, float]]
 """(resolution [m], (x, y, yaw)) of a grid in the world."""
+
+Means = tuple[int | None, str | None, GridCell | None]
+"""(most threads, instructions, start), each None for the solver's choice."""
+Simd = Literal["avx512", "avx2", "portable"]
 
 _MOST_THREADS = 2**31 - 1
 
@@ -159,6 +163,16 @@ def checked_threads(threads: Any) -> int | None:
     if most < 0:
         raise _unknown_option("threads", threads, (None, "a whole number >= 1"))
     return min(most, _MOST_THREADS)
+
+
+def checked_means(threads: Any, simd: Any, start: GridCell | None) -> Means:
+    """Return what a planner is to work with, and the one start wanted.
+
+    Raises:
+        NoThreads, UnknownPlanOption: as `checked_threads`, `checked_choice`.
+    """
+    checked_choice("simd", simd, (None, "avx512", "avx2", "portable"))
+    return checked_threads(threads), simd, start
 
 
 def _unknown_option(option: str, value: Any, choices: tuple[Any, ...]) -> errors.UnknownPlanOption:

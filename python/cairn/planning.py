@@ -19,9 +19,11 @@ import numpy.typing as npt
 from cairn import _brain, errors
 from cairn.arguments import (
     GridCell,
+    Means,
+    Simd,
     checked_choice,
     checked_flag,
-    checked_threads,
+    checked_means,
     double_precision,
     goal_cells,
     goal_points,
@@ -29,15 +31,12 @@ from cairn.arguments import (
     start_cell,
     start_point,
     two_dimensional,
-    whole_number,
     world_arrays,
 )
 
 Precision = Literal["f32", "f64"]
 Steps = Literal["985/1393", "100/141"]
-Simd = Literal["avx512", "avx2", "portable"]
 Place = tuple[float, tuple[float, float, float]]  # resolution [m], (x, y, yaw) of the grid
-Means = tuple[int | None, str | None, GridCell | None]  # threads, instructions, start
 Point = Sequence[float]
 
 Ground = tuple[npt.NDArray[np.floating[Any]] | None, bool]
@@ -228,8 +227,8 @@ def plan(
         grid = _blocked(costs, occupancy == 1)
     rows, cols = grid.shape
     cells = _brain.goal_cells(points, rows, cols, place) if grid.size else []
-    start_cell = None if start is None else _start_cell(start, rows, cols, place)
-    means = _means(threads, simd, start_cell)
+    cell = None if start is None else _start_cell(start, rows, cols, place)
+    means = checked_means(threads, simd, cell)
     brain, ground = _solve(grid, cells, place, corner_cutting, precision, "985/1393", means)
     return Field(brain, place[0], points, ground)
 
@@ -278,7 +277,7 @@ def plan_grid(
         SimdNotAvailable: this processor does not have the instructions asked for.
     """
     cells = goal_cells(goal)
-    means = _means(threads, simd, None if start is None else _cell(start))
+    means = checked_means(threads, simd, None if start is None else start_cell(start))
     grid = two_dimensional(costs)
     brain, ground = _solve(grid, cells, _CELLS, corner_cutting, precision, steps, means)
     return Field(brain, 1.0, None, ground)
@@ -308,19 +307,6 @@ def _solve(
         costs = np.ascontiguousarray(single_precision(costs))
         brain = _brain.plan_costs_f32(costs, cells, place, corner_cutting, means)
     return brain, (None if grid.dtype == bool else costs, corner_cutting)
-
-
-def _means(threads: Any, simd: Any, start: GridCell | None) -> Means:
-    checked_choice("simd", simd, (None, "avx512", "avx2", "portable"))
-    return checked_threads(threads), simd, start
-
-
-def _cell(start: Any) -> GridCell:
-    try:
-        row, col = start
-    except (TypeError, ValueError):
-        raise errors.StartMalformed(f"start {start!r}: a cell is (row, col)", value=start) from None
-    return whole_number(row), whole_number(col)
 
 
 def _start_cell(start: Any, rows: int, cols: int, place: Place) -> GridCell:

@@ -18,9 +18,11 @@ import numpy.typing as npt
 from cairn import _brain, errors
 from cairn.arguments import (
     GridCell,
+    Simd,
     checked_flag,
-    checked_threads,
+    checked_means,
     goal_cells,
+    start_cell,
     two_dimensional,
     whole_number,
 )
@@ -204,7 +206,9 @@ def plan_terrain(
     *,
     roughness: npt.ArrayLike | None = None,
     corner_cutting: bool = False,
+    start: GridCell | None = None,
     threads: int | None = None,
+    simd: Simd | None = None,
 ) -> Field:
     """Plan from every cell of an elevation grid to `goal`.
 
@@ -217,7 +221,10 @@ def plan_terrain(
         roughness: (rows, cols), without unit: height of bumps over their length; NaN: no data,
             blocked. Without it, `terrain.roughness` of the elevation.
         corner_cutting: let a diagonal move pass beside blocked cells.
+        start: the one cell whose way is wanted: what is farther from the goals than it is left
+            out of the field, as if it had no way, which saves the work on it.
         threads: most threads to use; the result does not depend on it.
+        simd: instructions to use: "avx512", "avx2" or "portable"; the result does not depend on it.
 
     Returns:
         The field in the model's unit (`model.unit`), joules or seconds; its paths are cells, its
@@ -233,6 +240,8 @@ def plan_terrain(
         EmptyGrid, NoGoal, GoalOutsideGrid, GoalBlocked, NoThreads: as named.
         LinkCostAbsorbed, CostToGoOverflow: costs differ too much in size for float32.
         UnknownPlanOption: an option is none of what it may be.
+        StartOutsideGrid, StartMalformed: `start` is no cell of the grid.
+        SimdNotAvailable: this processor does not have the instructions asked for.
     """
     brain = _brain.plan_terrain(
         _heights(elevation),
@@ -241,7 +250,7 @@ def plan_terrain(
         _as_dict(model_of(model)),
         goal_cells(goal),
         checked_flag("corner_cutting", corner_cutting),
-        checked_threads(threads),
+        checked_means(threads, simd, None if start is None else start_cell(start)),
     )
     return Field(brain, 1.0, None)
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cairn import _brain, errors
-from cairn.arguments import GridCell, checked_threads, goal_cells
+from cairn.arguments import GridCell, Simd, checked_means, goal_cells, start_cell
 from cairn.planning import Field
 
 
@@ -17,7 +17,9 @@ def plan_weights(
     weights: npt.ArrayLike,
     goal: GridCell | Sequence[GridCell],
     *,
+    start: GridCell | None = None,
     threads: int | None = None,
+    simd: Simd | None = None,
 ) -> Field:
     """Plan from every cell to `goal`, each move out of each cell at a cost of its own.
 
@@ -27,7 +29,10 @@ def plan_weights(
             planned in float32. Integers are planned in uint32, with 4294967295 for no such move.
             Moves that leave the grid are not looked at, but must be valid.
         goal: (row, col), or a sequence of them.
+        start: the one cell whose way is wanted: what is farther from the goals than it is left
+            out of the field, as if it had no way, which saves the work on it.
         threads: most threads to use; the result does not depend on it.
+        simd: instructions to use: "avx512", "avx2" or "portable"; the result does not depend on it.
 
     Returns:
         The field in the unit of the weights, `unit` 1: float32, or uint32 (uint64 where a
@@ -41,13 +46,16 @@ def plan_weights(
         GoalMalformed, CellNotWhole: a goal is no pair of whole numbers.
         EmptyGrid, NoGoal, GoalOutsideGrid, NoThreads: as named.
         LinkCostAbsorbed, CostToGoOverflow: float weights differ too much in size for float32.
+        UnknownPlanOption: an option is none of what it may be.
+        StartOutsideGrid, StartMalformed: `start` is no cell of the grid.
+        SimdNotAvailable: this processor does not have the instructions asked for.
     """
     planes = _planes(weights)
     cells = goal_cells(goal)
-    most = checked_threads(threads)
+    means = checked_means(threads, simd, None if start is None else start_cell(start))
     if planes.dtype == np.uint32:
-        return Field(_brain.plan_weights_u32(planes, cells, most), 1.0, None)
-    return Field(_brain.plan_weights_f32(planes, cells, most), 1.0, None)
+        return Field(_brain.plan_weights_u32(planes, cells, means), 1.0, None)
+    return Field(_brain.plan_weights_f32(planes, cells, means), 1.0, None)
 
 
 def _planes(weights: npt.ArrayLike) -> npt.NDArray[Any]:

@@ -166,9 +166,10 @@ pub fn cells_of(goals: Vec<(i64, i64)>, geometry: &GridGeometry) -> PyResult<Vec
 }
 
 /// (most threads, instruction set, the one start wanted), each None for the solver's choice.
-type Means = (Option<usize>, Option<String>, Option<(i64, i64)>);
+pub type Means = (Option<usize>, Option<String>, Option<(i64, i64)>);
 
-fn options_of(
+/// Options of a grid's planner; a start outside the grid is refused.
+pub fn options_of(
     geometry: &GridGeometry,
     corner_cutting: bool,
     paper_steps: bool,

@@ -4,7 +4,7 @@ use cairn::geometry::Pose2;
 use cairn::plan::terrain::{
     AnyTerrainLinks, LinkCost, P3at, P3atEnergyLinks, P3atTimeLinks, TerrainModel, Tobler, ToblerLinks,
 };
-use cairn::plan::{self, DirectionWeights, PlanError, PlanOptions, terrain};
+use cairn::plan::{self, DirectionWeights, PlanError, terrain};
 use cairn::world::{Cell, Grid, GridGeometry};
 use numpy::ndarray::ArrayView3;
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 
 use crate::convert::grid_of;
 use crate::errors::{InputError, to_python};
-use crate::plan::{GridField, cells_of, solved};
+use crate::plan::{GridField, Means, cells_of, options_of, solved};
 
 pub fn model_of(model: &Bound<'_, PyAny>) -> PyResult<TerrainModel> {
     let model: TerrainModel = pythonize::depythonize(model).map_err(|error| {
@@ -30,10 +30,6 @@ fn grid(cells: &PyReadonlyArray2<'_, f32>, cell_size_m: f64) -> Grid<f32> {
     grid_of(cells, cell_size_m, Pose2::IDENTITY)
 }
 
-fn options_of(corner_cutting: bool, threads: Option<usize>) -> PlanOptions {
-    PlanOptions { corner_cutting, threads, ..PlanOptions::default() }
-}
-
 /// The field of an elevation grid, in the unit of the model.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
@@ -45,13 +41,13 @@ fn plan_terrain(
     model: &Bound<'_, PyAny>,
     goals: Vec<(i64, i64)>,
     corner_cutting: bool,
-    threads: Option<usize>,
+    means: Means,
 ) -> PyResult<GridField> {
     let model = model_of(model)?;
     let elevation = grid(&elevation, cell_size_m);
     let roughness = roughness.map(|roughness| grid(&roughness, cell_size_m));
     let goals = cells_of(goals, &elevation.geometry)?;
-    let options = options_of(corner_cutting, threads);
+    let options = options_of(&elevation.geometry, corner_cutting, false, means)?;
     solved(py.detach(|| plan::plan_terrain(&elevation, roughness.as_ref(), &model, &goals, &options)))
 }
 
@@ -169,11 +165,11 @@ fn plan_weights_f32(
     py: Python<'_>,
     weights: PyReadonlyArray3<'_, f32>,
     goals: Vec<(i64, i64)>,
-    threads: Option<usize>,
+    means: Means,
 ) -> PyResult<GridField> {
     let (geometry, planes) = planes(weights.as_array());
     let goals = cells_of(goals, &geometry)?;
-    let options = options_of(false, threads);
+    let options = options_of(&geometry, false, false, means)?;
     let weights = DirectionWeights::new(geometry, &planes).map_err(|e| to_python(&e))?;
     solved(py.detach(|| plan::plan_weights_f32(&weights, &goals, &options)))
 }
@@ -184,11 +180,11 @@ fn plan_weights_u32(
     py: Python<'_>,
     weights: PyReadonlyArray3<'_, u32>,
     goals: Vec<(i64, i64)>,
-    threads: Option<usize>,
+    means: Means,
 ) -> PyResult<GridField> {
     let (geometry, planes) = planes(weights.as_array());
     let goals = cells_of(goals, &geometry)?;
-    let options = options_of(false, threads);
+    let options = options_of(&geometry, false, false, means)?;
     let weights = DirectionWeights::new(geometry, &planes).map_err(|e| to_python(&e))?;
     solved(py.detach(|| plan::plan_weights_u32(&weights, &goals, &options)))
 }
