@@ -10,6 +10,7 @@ import pytest
 import cairn
 from cairn import _brain
 from cairn.experiments import bench_plan, bench_report, memory
+from cairn.experiments.bench_graph import GRAPHS
 from cairn.experiments.contenders import OURS, PEERS, InRust, Peer, Refused, Task, compare, ours
 from cairn.experiments.grids import CLASSES, Terrain, as_costs
 from plan_oracles import Case, grid_links, mean_price, scipy_cost_to_go
@@ -298,3 +299,26 @@ def test_a_length_that_is_not_met_is_told_and_ends_with_code_3(command, tmp_path
 
 def test_a_folder_without_maps_is_a_usage_error(command, tmp_path):
     assert command("bench", "movingai", tmp_path)[0] == 2
+
+
+# ---- graphs ---
+
+
+def test_graphs_are_planned_as_scipy_plans_them(command):
+    code, said, _ = command("bench", "graph", "--nodes", "3000", "--repeats", "1", "--json")
+    assert code == 0
+    record = json.loads(said)
+    assert record["summary"]["agree"] is True
+    assert record["summary"]["geometric_mean_ratio_scipy"] > 0
+    assert [each["graph"] for each in record["graphs"]] == list(GRAPHS)
+    for each in record["graphs"]:
+        assert each["reached"] > 0.5
+        assert each["contenders"]["cairn"]["median_ms"] > 0
+    code, said, _ = command("bench", "graph", "--nodes", "100", "--repeats", "1", "--markdown")
+    assert code == 0
+    assert "equal to the bit" in said
+
+
+@pytest.mark.parametrize("options", [("--graphs", "tree"), ("--nodes", "many")])
+def test_a_graph_that_is_not_known_is_a_usage_error(command, options):
+    assert command("bench", "graph", *options)[0] == 2

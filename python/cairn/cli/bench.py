@@ -142,20 +142,82 @@ def bench_movingai(
     raise typer.Exit(0 if record["summary"]["all_met"] else EXIT_NOT_REACHED)
 
 
-def _print_maps(record: dict[str, Any], files: list[Path]) -> None:
-    from cairn.experiments.bench_report import MAP_COLUMNS, machine_lines, map_row, maps_line
+@bench.command("graph")
+def bench_graph(
+    nodes: Annotated[str, typer.Option(help="Numbers of nodes, comma-separated.")] = "1000000",
+    graphs: Annotated[str, typer.Option(help="Kinds, comma-separated, or all.")] = "all",
+    repeats: Annotated[int, typer.Option(min=1, help="Rounds that count.")] = 5,
+    seed: Annotated[int, typer.Option(min=0, help="Of the graphs.")] = 1,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-graph.")
+    ] = None,
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Write its part of BENCHMARKS.md where you are.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the record, nothing else.")
+    ] = False,
+) -> None:
+    """Plan on graphs beside scipy. Code 3 if answers differ."""
+    from cairn.experiments import bench_graph as measuring
+    from cairn.experiments import bench_report as report
+    from cairn.experiments.machine import describe
 
-    table = Table(*MAP_COLUMNS, box=None, pad_edge=False, header_style="dim")
-    for column in table.columns[1:]:
-        column.justify = "right"
-    for each in record["maps"]:
-        name, *others = map_row(each)
-        table.add_row(f"[bold]{name}[/]", *others)
-    console.print(table)
+    names = _names("--graphs", graphs, measuring.GRAPHS)
+    sizes = _sizes(nodes, (), "--nodes", most=100_000_000)
+    machine, results = describe(), []
+    hidden = as_json or not console.is_terminal
+    with Progress(*_columns(), console=console, transient=True, disable=hidden) as progress:
+        work = progress.add_task("", total=len(names) * sum(sizes))
+        for result in measuring.measure(
+            names, sizes, repeats, seed, lambda text: progress.update(work, description=text)
+        ):
+            results.append(result)
+            progress.advance(work, result.nodes)
+    record = plain(
+        {
+            "summary": measuring.summary_of(results),
+            "machine": machine,
+            "graphs": [result.to_dict() for result in results],
+        }
+    )
+    files = [write_summary(record, out or Path("runs/bench-graph"))]
+    if markdown:
+        report.written(BENCHMARKS, "cairn bench graph", report.graphs_section(record, _command()))
+        files.append(BENCHMARKS)
+    if as_json:
+        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+    else:
+        rows = [report.graph_row(each) for each in record["graphs"]]
+        _print_rows(report.GRAPH_COLUMNS, rows)
+        console.print("\n" + report.graphs_line(record["summary"]))
+        _print_machine(record["machine"], files)
+    raise typer.Exit(0 if record["summary"]["agree"] else EXIT_NOT_REACHED)
+
+
+def _print_maps(record: dict[str, Any], files: list[Path]) -> None:
+    from cairn.experiments.bench_report import MAP_COLUMNS, map_row, maps_line
+
+    _print_rows(MAP_COLUMNS, [map_row(each) for each in record["maps"]])
     console.print("\n" + maps_line(record["summary"]))
     for wrong in record["summary"]["wrong"]:
         console.print(f"[red]{wrong}[/]", highlight=False)
-    for line in machine_lines(record["machine"]):
+    _print_machine(record["machine"], files)
+
+
+def _print_rows(columns: tuple[str, ...], rows: list[list[str]]) -> None:
+    table = Table(*columns, box=None, pad_edge=False, header_style="dim")
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for name, *others in rows:
+        table.add_row(f"[bold]{name}[/]", *others)
+    console.print(table)
+
+
+def _print_machine(machine: dict[str, Any], files: list[Path]) -> None:
+    from cairn.experiments.bench_report import machine_lines
+
+    for line in machine_lines(machine):
         console.print(f"[dim]{line}[/]", highlight=False)
     console.print("[dim]" + "  ".join(map(str, files)) + "[/]")
 
@@ -193,23 +255,12 @@ def _measure(settings: Any, quiet: bool) -> dict[str, Any]:
 
 
 def _print(record: dict[str, Any], files: list[Path]) -> None:
-    from cairn.experiments.bench_report import (
-        COLUMNS,
-        machine_lines,
-        row,
-        skipped,
-        summary_lines,
-    )
+    from cairn.experiments.bench_report import COLUMNS, row, skipped, summary_lines
 
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    for number, column in enumerate(COLUMNS):
-        table.add_column(column.replace(" ns", "\nns"), justify="left" if not number else "right")
-    for case in record["cases"]:
-        map_, size, corners, ratio, *others = row(case)
-        table.add_row(f"[bold]{map_}[/]", size, corners, f"[bold]{ratio}[/]", *others)
     if not console.is_terminal:
         console.width = 240
-    console.print(table)
+    columns = tuple(column.replace(" ns", "\nns") for column in COLUMNS)
+    _print_rows(columns, [row(case) for case in record["cases"]])
     console.print(
         "[dim]ns per cell, median (least–most); aim ✓ met; copy: share of copy speed[/]\n"
     )
@@ -217,9 +268,7 @@ def _print(record: dict[str, Any], files: list[Path]) -> None:
         console.print(line)
     for why, count in skipped(record):
         console.print(f"[yellow]left out[/] {escape(why)} ({count} cases)", highlight=False)
-    for line in machine_lines(record["machine"]):
-        console.print(f"[dim]{line}[/]", highlight=False)
-    console.print("[dim]" + "  ".join(map(str, files)) + "[/]")
+    _print_machine(record["machine"], files)
 
 
 def _command() -> str:
@@ -240,7 +289,9 @@ def _names(option: str, text: str, known: dict[str, Any]) -> tuple[str, ...]:
     return names
 
 
-def _sizes(text: str | None, default: tuple[int, ...]) -> tuple[int, ...]:
+def _sizes(
+    text: str | None, default: tuple[int, ...], option: str = "--size", most: int = 32768
+) -> tuple[int, ...]:
     from cairn.experiments.grids import SMALLEST
 
     if text is None:
@@ -249,9 +300,9 @@ def _sizes(text: str | None, default: tuple[int, ...]) -> tuple[int, ...]:
         sizes = tuple(int(part) for part in text.split(","))
     except ValueError:
         sizes = ()
-    if not sizes or min(sizes) < SMALLEST or max(sizes) > 32768:
+    if not sizes or min(sizes) < SMALLEST or max(sizes) > most:
         raise typer.BadParameter(
-            f"`{text}`: whole numbers from {SMALLEST} to 32768, comma-separated",
-            param_hint="--size",
+            f"`{text}`: whole numbers from {SMALLEST} to {most}, comma-separated",
+            param_hint=option,
         )
     return sizes

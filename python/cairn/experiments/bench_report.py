@@ -78,6 +78,44 @@ def maps_section(record: dict[str, Any], command: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+GRAPH_COLUMNS = (
+    "graph", "nodes", "links", "scipy ÷ Cairn", "Cairn ms", "ns per link", "2 threads", "scipy ms",
+)  # fmt: skip
+
+
+def graphs_section(record: dict[str, Any], command: str) -> str:
+    """What `cairn bench graph` found."""
+    lines = [f"`{command}`", ""]
+    lines += [f"- {line}" for line in machine_lines(record["machine"])]
+    lines += [f"- {graphs_line(record['summary'])}", ""]
+    lines += table(GRAPH_COLUMNS, [graph_row(each) for each in record["graphs"]])
+    return "\n".join(lines) + "\n"
+
+
+def graph_row(each: dict[str, Any]) -> list[str]:
+    """One graph, as text by `GRAPH_COLUMNS`."""
+    mine, scipy = (each["contenders"].get(name) for name in ("cairn", "scipy"))
+    return [
+        each["graph"],
+        f"{each['nodes']:,}",
+        f"{each['links']:,}",
+        times(each["ratio_scipy"]),
+        spread(mine, "_ms"),
+        number(mine["ns_per_link"]),
+        times(each["two_threads"], 2),
+        spread(scipy, "_ms"),
+    ]
+
+
+def graphs_line(summary: dict[str, Any]) -> str:
+    """What all graphs come to."""
+    agree = "every answer equal to the bit" if summary["agree"] else "ANSWERS DIFFER"
+    return (
+        f"scipy ÷ Cairn: geometric mean {times(summary['geometric_mean_ratio_scipy'])}, "
+        f"both end to end in Python; {agree}"
+    )
+
+
 def table(columns: Sequence[str], rows: list[list[str]]) -> list[str]:
     """Lines of a table, the first column to the left, the others to the right."""
     head = ["| " + " | ".join(columns) + " |", "|---|" + "---:|" * (len(columns) - 1)]
@@ -92,12 +130,11 @@ MAP_COLUMNS = (
 
 def map_row(each: dict[str, Any]) -> list[str]:
     """One map, as text by `MAP_COLUMNS`."""
-    took = each["cairn_ms"]
     return [
         each["map"],
         "{} × {}".format(*each["shape"]),
         times(each["ratio"]),
-        f"{number(took['median'])} ({number(took['least'])}–{number(took['most'])})",
+        spread(each["cairn_ms"], ""),
         number(each["ns_per_cell"]),
         f"{each['lengths_met']} of {each['queries']}",
         number(each["query_ms"]),
@@ -180,12 +217,12 @@ def number(value: float | None) -> str:
     return f"{value:.0f}" if value >= 99.5 else f"{value:.1f}" if value >= 9.95 else f"{value:.2f}"
 
 
-def spread(times_ns: dict[str, Any] | None) -> str:
+def spread(timing: dict[str, Any] | None, unit: str = "_ns_per_cell") -> str:
     """Median, with least and most."""
-    if times_ns is None:
+    if timing is None:
         return "–"
-    low, high = times_ns["least_ns_per_cell"], times_ns["most_ns_per_cell"]
-    return f"{number(times_ns['median_ns_per_cell'])} ({number(low)}–{number(high)})"
+    median, low, high = (number(timing[key + unit]) for key in ("median", "least", "most"))
+    return f"{median} ({low}–{high})"
 
 
 def times(value: float | None, decimals: int = 1) -> str:
