@@ -329,6 +329,17 @@ def plan_layered(
 ) -> dict[str, Any]:
     """Run the layered planner of the paper; the fields of `LayeredResult` by name."""
 
+def play_out(
+    waits: list[list[tuple[int, int]]],
+    schedule: str,
+    slope: int,
+    level: NDArray[np.int64],
+    layer: NDArray[np.int64],
+    duration_ns: NDArray[np.int64],
+    workers: int,
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Begin and end [ns] of the tasks of a trace when so many workers play a schedule out."""
+
 def graph_of_free(
     free: NDArray[np.bool_], corner_cutting: bool, paper_steps: bool
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.uint32]]:

@@ -3,12 +3,13 @@
 use std::time::Instant;
 
 use cairn::geometry::Pose2;
-use cairn::plan::layered::{Timed, Trace, Wait};
+use cairn::plan::layered::{Task, Timed, Trace, Wait, play_out as play_out_of};
 use cairn::plan::{
     self, Cost, Engine, Graph, GraphCost, LayeredOptions, PlanError, PlanOptions, Schedule, Steps,
 };
 use cairn::world::Grid;
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -158,7 +159,7 @@ fn layered<'py, C: Cost + Element>(
     });
     result.set_item("sequence", sequence)?;
     let walks = plan.walks.map(|levels| PyArray2::from_vec2(py, &levels)).transpose();
-    result.set_item("walks", walks.map_err(|e| pyo3::exceptions::PyValueError::new_err(e.to_string()))?)?;
+    result.set_item("walks", walks.map_err(|e| PyValueError::new_err(e.to_string()))?)?;
     Ok(result)
 }
 
@@ -175,6 +176,37 @@ fn trace_dict<'py>(py: Python<'py>, trace: &Trace) -> PyResult<Bound<'py, PyDict
     let pairs = |waits: &Vec<Wait>| waits.iter().map(|wait| (wait.layer, wait.lag)).collect::<Vec<_>>();
     result.set_item("waits", trace.waits.iter().map(pairs).collect::<Vec<_>>())?;
     Ok(result)
+}
+
+type Times<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<i64>>);
+
+/// Begin and end \[ns\] of the tasks of a trace when so many workers play a schedule out.
+#[pyfunction]
+#[allow(clippy::too_many_arguments)]
+fn play_out<'py>(
+    py: Python<'py>,
+    waits: Vec<Vec<(u32, u32)>>,
+    schedule: &str,
+    slope: usize,
+    level: PyReadonlyArray1<'py, i64>,
+    layer: PyReadonlyArray1<'py, i64>,
+    duration_ns: PyReadonlyArray1<'py, i64>,
+    workers: usize,
+) -> PyResult<Times<'py>> {
+    let wait = |(layer, lag)| Wait { layer, lag };
+    let waits: Vec<Vec<Wait>> =
+        waits.into_iter().map(|waits| waits.into_iter().map(wait).collect()).collect();
+    let schedule = if schedule == "fronts" { Schedule::Fronts } else { Schedule::Wavefront };
+    let tasks: Vec<(Task, u64)> =
+        (level.as_slice()?.iter().zip(layer.as_slice()?).zip(duration_ns.as_slice()?))
+            .map(|((&level, &layer), &took)| {
+                (Task { level: level as u32, layer: layer as u32 }, took.max(0) as u64)
+            })
+            .collect();
+    let times = py.detach(|| play_out_of(&waits, schedule, slope, &tasks, workers));
+    let times = times.ok_or_else(|| PyValueError::new_err("not the tasks of whole levels, or no worker"))?;
+    let side = |of: fn(&(u64, u64)) -> u64| times.iter().map(|time| of(time) as i64).collect::<Vec<_>>();
+    Ok((side(|time| time.0).into_pyarray(py), side(|time| time.1).into_pyarray(py)))
 }
 
 type Csr<'py> = (Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<i64>>, Bound<'py, PyAny>);
@@ -229,6 +261,7 @@ fn graph_of_costs_f64<'py>(
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(plan_graph, module)?)?;
     module.add_function(wrap_pyfunction!(plan_layered, module)?)?;
+    module.add_function(wrap_pyfunction!(play_out, module)?)?;
     module.add_function(wrap_pyfunction!(graph_of_free, module)?)?;
     module.add_function(wrap_pyfunction!(graph_of_costs_f32, module)?)?;
     module.add_function(wrap_pyfunction!(graph_of_costs_f64, module)?)

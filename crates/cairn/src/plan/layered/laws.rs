@@ -5,7 +5,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::layers::Layers;
 use super::schedule::{Board, waits};
-use super::{Engine, LayeredOptions, LayeredPlan, Schedule, Task, Timed, plan_layered, trace_layered};
+use super::{
+    Engine, LayeredOptions, LayeredPlan, Schedule, Task, Timed, plan_layered, play_out, trace_layered,
+};
 use crate::plan::Graph;
 
 const ENGINES: [Engine; 2] = [Engine::Levelled, Engine::InPlace];
@@ -149,5 +151,42 @@ fn a_wavefront_takes_up_a_level_before_the_one_above_is_complete_and_fronts_do_n
         let offered: Vec<Task> = std::iter::from_fn(|| board.take()).collect();
         let early = offered.contains(&Task { level: 8, layer: 1 });
         assert_eq!(early, schedule == Schedule::Wavefront);
+    }
+}
+
+#[test]
+fn played_out_a_schedule_takes_the_sum_on_one_worker_and_keeps_to_the_order_on_many() {
+    let mut random = Random(4);
+    for _ in 0..60 {
+        let graph = random_graph(&mut random, 40);
+        for options in all_options(&mut random) {
+            let (engine, schedule) = (options.engine, options.schedule);
+            let options = LayeredOptions { threads: Some(1), ..options };
+            let (plan, trace) = trace_layered(&graph, &[0], &options, &|| 0).unwrap();
+            let slope = if engine == Engine::InPlace { plan.greatest_rise + 1 } else { 0 };
+            let done = trace.tasks.iter().filter(|timed| timed.task.level <= plan.levels as u32);
+            let tasks: Vec<(Task, u64)> =
+                done.map(|timed| (timed.task, 1 + random.below(9) as u64)).collect();
+            let sum: u64 = tasks.iter().map(|task| task.1).sum();
+            for workers in [1, 2, 7, 100] {
+                let times = play_out(&trace.waits, schedule, slope, &tasks, workers).unwrap();
+                let last = times.iter().map(|time| time.1).max().unwrap_or(0);
+                assert!(last <= sum && last * workers as u64 >= sum);
+                assert!(workers > 1 || last == sum);
+                let timed: Vec<Timed> = tasks
+                    .iter()
+                    .zip(&times)
+                    // A tick between end and begin, as the check wants what follows to be later.
+                    .map(|(task, &(begin, end))| Timed {
+                        task: task.0,
+                        thread: 0,
+                        begin: 2 * begin + 1,
+                        end: 2 * end,
+                    })
+                    .collect();
+                check_order(&graph, &plan, engine, &timed);
+            }
+            assert!(tasks.len() < 2 || play_out(&trace.waits, schedule, slope, &tasks[1..], 1).is_none());
+        }
     }
 }

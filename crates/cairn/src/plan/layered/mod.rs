@@ -7,6 +7,7 @@ mod engines;
 mod laws;
 mod layers;
 mod parallel;
+mod playout;
 mod schedule;
 
 use serde::{Deserialize, Serialize};
@@ -16,6 +17,7 @@ pub use count::equation_4;
 use engines::State;
 use layers::Layers;
 pub use parallel::{Clock, Timed, Trace};
+pub use playout::play_out;
 pub use schedule::{Schedule, Task, Wait};
 
 /// In which order DP(i, j) is applied, and to which values.
