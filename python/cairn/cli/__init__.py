@@ -3,7 +3,13 @@
 Exit codes: 0 done or reached, 2 usage or bad input, 3 goal not reached or refused, 4 contact.
 """
 
-from cairn.cli import bench, doctor, plan, run  # they add their commands to the application
+from cairn.cli import (
+    bench,
+    doctor,
+    plan,
+    reproduce,
+    run,
+)  # they add their commands to the application
 from cairn.cli.root import app, main
 
-__all__ = ["app", "bench", "doctor", "main", "plan", "run"]
+__all__ = ["app", "bench", "doctor", "main", "plan", "reproduce", "run"]

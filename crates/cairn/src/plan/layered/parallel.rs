@@ -56,6 +56,7 @@ pub fn run<C: Cost>(
     let board = Board::new(waits.clone(), options.schedule, slope, max_levels, options.early_stop);
     let work = Work {
         engine: options.engine,
+        threads,
         parts: (1..=layers.count()).map(|layer| Part::new(layers, layer, options)).collect(),
         finished: AtomicBool::new(board.finished),
         waiting: AtomicUsize::new(board.waiting()),
@@ -183,6 +184,7 @@ impl<C: Cost> Links<C> {
 
 struct Work<'a, C> {
     engine: Engine,
+    threads: usize,
     parts: Vec<Part<C>>,
     board: Mutex<Board>,
     wake: Condvar,
@@ -194,37 +196,43 @@ struct Work<'a, C> {
 
 /// Looks at the board that a thread takes before it goes to sleep: some microseconds' worth.
 const LOOKS: usize = 4000;
+/// Tasks that a thread takes off the board at once.
+const MOST_AT_ONCE: usize = 16;
 
 impl<C: Cost> Work<'_, C> {
     fn run(&self, thread: usize) -> Vec<Timed> {
         let now = || self.clock.map_or(0, |clock| clock());
-        let mut timed = Vec::new();
+        let (mut timed, mut done) = (Vec::new(), Vec::new());
         let mut board = self.board();
         while !board.finished {
-            let Some(task) = board.take() else {
+            // Several small tasks at once, where there are many: the board is one for all threads.
+            let share = (board.waiting() / (2 * self.threads)).clamp(1, MOST_AT_ONCE);
+            let tasks: Vec<Task> = std::iter::from_fn(|| board.take()).take(share).collect();
+            if tasks.is_empty() {
                 board = self.wait(board);
                 continue;
-            };
+            }
             self.waiting.store(board.waiting(), Ordering::Relaxed);
             drop(board);
-            let begin = now();
-            let changed = match self.engine {
-                Engine::InPlace => self.in_place(task),
-                _ => self.levelled(task),
-            };
-            let end = now();
-            if self.clock.is_some() {
-                timed.push(Timed { task, thread, begin, end });
+            for task in tasks {
+                let begin = now();
+                let changed = match self.engine {
+                    Engine::InPlace => self.in_place(task),
+                    _ => self.levelled(task),
+                };
+                if self.clock.is_some() {
+                    timed.push(Timed { task, thread, begin, end: now() });
+                }
+                done.push((task, changed));
             }
             board = self.board();
-            board.complete(task, changed);
+            done.drain(..).for_each(|(task, changed)| board.complete(task, changed));
             self.waiting.store(board.waiting(), Ordering::Relaxed);
             self.finished.store(board.finished, Ordering::Relaxed);
-            match board.waiting() {
-                _ if board.finished => self.wake.notify_all(),
-                0 | 1 => {} // this thread takes it
-                2 => self.wake.notify_one(),
-                _ => self.wake.notify_all(),
+            if board.finished || board.waiting() > 2 {
+                self.wake.notify_all();
+            } else if board.waiting() == 2 {
+                self.wake.notify_one(); // one task is this thread's
             }
         }
         timed

@@ -1,0 +1,107 @@
+"""`cairn reproduce`: the figures of the paper, and the study that it leaves to be done."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+from cairn.cli.root import app, console
+from cairn.experiments.reproduce import ALL, Reproduction
+from cairn.record import write_summary
+from cairn.strict_json import plain
+
+
+@app.command()
+def reproduce(
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[NAME]...", help=f"Of: {', '.join(ALL)}. All by default."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder to write into, one of its own for each; runs/reproduce."),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of whatever is random.")] = 1,
+    list_: Annotated[bool, typer.Option("--list", help="Only list what there is.")] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the record, nothing else.")
+    ] = False,
+) -> None:
+    """Reproduce figures and studies of the paper: tables here, pictures and record in a folder."""
+    wanted = list(dict.fromkeys(names or ALL))
+    for name in wanted:
+        if name not in ALL:
+            raise typer.BadParameter(
+                f"there is no `{name}`; there are: {', '.join(ALL)}", param_hint="NAME"
+            )
+    if list_:
+        titles = {name: ALL[name]().title for name in wanted}
+        _list(titles, as_json)
+        return
+    records = {}
+    for name in wanted:
+        reproduction = ALL[name]()
+        folder = (out or Path("runs/reproduce")) / name
+        record = plain(_measured(name, reproduction, seed, quiet=as_json))
+        written = [write_summary(record, folder), *reproduction.draw(record, folder)]
+        records[name] = record
+        if not as_json:
+            _print(reproduction, record, written)
+    if as_json:
+        whole = records[wanted[0]] if len(wanted) == 1 else _joined(records)
+        sys.stdout.write(json.dumps(whole, indent=2, allow_nan=False) + "\n")
+
+
+def _joined(records: dict[str, Any]) -> dict[str, Any]:
+    summaries = {name: record["summary"] for name, record in records.items()}
+    return {"summary": summaries, "reproductions": records}
+
+
+def _list(titles: dict[str, str], as_json: bool) -> None:
+    if as_json:
+        sys.stdout.write(json.dumps({"summary": titles}, indent=2) + "\n")
+        return
+    table = Table("name", "what it shows", box=None, pad_edge=False)
+    for name, title in titles.items():
+        table.add_row(f"[bold]{name}[/]", escape(title))
+    console.print(table)
+
+
+def _measured(name: str, reproduction: Reproduction, seed: int, *, quiet: bool) -> dict[str, Any]:
+    bar = Progress(
+        TextColumn("[dim]{task.description}[/]"), BarColumn(), TimeElapsedColumn(),
+        console=console, transient=True, disable=quiet or not console.is_terminal,
+    )  # fmt: skip
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(bar)
+        task = bar.add_task(name, total=reproduction.steps())
+        begun = 0
+
+        def advance(what: str) -> None:
+            nonlocal begun
+            bar.update(task, description=f"{name}: {what}", completed=begun)
+            begun += 1
+
+        return reproduction.measure(seed, advance)
+
+
+def _print(reproduction: Reproduction, record: dict[str, Any], written: list[Path]) -> None:
+    console.print(f"[bold]{escape(reproduction.title)}[/]")
+    for content in reproduction.tables(record):
+        table = Table(
+            *map(escape, content.columns), box=None, pad_edge=False, header_style="dim",
+            title=escape(content.title), title_justify="left", title_style="",
+        )  # fmt: skip
+        for row in content.rows:
+            table.add_row(*map(escape, row))
+        console.print()
+        console.print(table)
+    console.print("[dim]" + escape("  ".join(map(str, written))) + "[/]")
