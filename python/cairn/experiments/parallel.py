@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -65,23 +65,28 @@ def cores() -> int:
 
 
 def steps() -> int:
-    """Return how often `measure` calls `advance`."""
+    """Return how often `measure` calls `advance` for `PROFILES`."""
     return len(PROFILES) * len(ENGINES) * (1 + len(SCHEDULES))
 
 
 def measure(
-    *, seed: int = 1, repeats: int = 4, advance: Callable[[str], None] = lambda name: None
+    profiles: Sequence[Profile] = PROFILES,
+    *,
+    seed: int = 1,
+    repeats: int = 4,
+    advance: Callable[[str], None] = lambda name: None,
 ) -> dict[str, Any]:
     """Run the study; the record that `cairn reproduce parallel --json` prints.
 
     Args:
+        profiles: the graphs.
         seed: of the links' costs.
         repeats: of every timing; the fastest counts.
         advance: called with what comes next, `steps()` times.
     """
     began = time.perf_counter()
     studies = []
-    for profile in PROFILES:
+    for profile in profiles:
         graph = layered_graph(profile, seed)
         for engine in ENGINES:
             advance(f"{profile.name}, {engine}")

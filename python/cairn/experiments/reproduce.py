@@ -74,7 +74,9 @@ def _parallel_tables(record: dict[str, Any]) -> list[TableOf]:
         )
         for name, plan in study["schedules"].items():
             label = {"fronts": "(a) fronts", "wavefront": "(b) wavefront"}[name]
-            measured = [f"{value:.2f}" for count, value in plan["measured"].items() if int(count) > 1]
+            measured = [
+                f"{value:.2f}" for count, value in plan["measured"].items() if int(count) > 1
+            ]
             played = [f"{value:.1f}" for count, value in plan["played"].items() if int(count) > 1]
             speed.append((*names, label, *measured, *played))
     plan = record["studies"][0]["schedules"]["fronts"]

@@ -14,7 +14,10 @@ from cairn.view.picture import DPI, INK, PALE
 
 COLOURS = {"fronts": "#c8862b", "wavefront": "#0b7a75"}
 NAMES = {"fronts": "(a) fronts", "wavefront": "(b) wavefront"}
-ENGINES = {"levelled": ("-", "o", "levelled"), "in_place": ("--", "s", "in place")}
+ENGINES: dict[str, tuple[Any, str, str]] = {
+    "levelled": ("-", "o", "levelled"),
+    "in_place": ("--", "s", "in place"),
+}
 
 
 def draw_schedules(record: dict[str, Any], workers: int, path: Path) -> Path:
