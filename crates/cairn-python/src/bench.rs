@@ -9,7 +9,7 @@ use cairn::plan::peers::{
     Buckets, CellPrice, FreeLinks, Heap, MeanLinks, Peer, Queue, SlopeLinks, slope_range,
 };
 use cairn::plan::terrain::{AnyTerrainLinks, LinkCost, TerrainLinks, TerrainModel};
-use cairn::plan::{self, Field, GridPlanner, MOVES, PlanError, PlanOptions, Values};
+use cairn::plan::{Field, GridPlanner, MOVES, PlanError, PlanOptions, Values};
 use cairn::world::{Cell, Grid, GridGeometry, perfect_maze};
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -156,14 +156,17 @@ struct CairnOverTerrain {
     elevation: Grid<f32>,
     roughness: Grid<f32>,
     model: TerrainModel,
+    planner: GridPlanner,
     field: Option<Field>,
 }
 
 impl Timed for CairnOverTerrain {
     fn run(&mut self, goals: &[Cell], options: &PlanOptions) -> Result<(), PlanError> {
-        self.field = None;
-        let Self { elevation, roughness, model, .. } = self;
-        self.field = Some(plan::plan_terrain(elevation, Some(roughness), model, goals, options)?);
+        let Self { elevation, roughness, model, planner, field } = self;
+        if let Some(last) = field.take() {
+            planner.recycle(last);
+        }
+        *field = Some(planner.plan_terrain(elevation, Some(roughness), model, goals, options)?);
         Ok(())
     }
 
@@ -228,7 +231,8 @@ fn timed_over_terrain(
     corner_cutting: bool,
 ) -> Result<Option<Box<dyn Timed>>, PlanError> {
     if solver == "cairn" {
-        return Ok(Some(Box::new(CairnOverTerrain { elevation, roughness, model, field: None })));
+        let planner = GridPlanner::default();
+        return Ok(Some(Box::new(CairnOverTerrain { elevation, roughness, model, planner, field: None })));
     }
     macro_rules! slopes {
         ($links:ident) => {{
