@@ -60,8 +60,9 @@ unsafe fn transpose(from: *const i32, from_pitch: usize, to: *mut i32, to_pitch:
     }
 }
 
+/// As [`Lanes::store_codes`].
 #[inline(always)]
-unsafe fn store_codes(masks: [u16; 8], to: *mut i8) {
+pub unsafe fn store_codes(masks: [u16; 8], to: *mut i8) {
     // SAFETY: the caller's.
     unsafe {
         let mut codes = _mm_set1_epi8(-1);

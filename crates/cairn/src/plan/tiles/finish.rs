@@ -3,7 +3,7 @@
 use super::SIDE;
 use super::board::{Board, Side};
 use super::lanes::{LANES, Lanes, TileCost};
-use super::sweep::{CELLS, Line, VECTORS, load_line};
+use super::sweep::{CELLS, Line, VECTORS, load_line, moved_down, moved_up};
 use super::visit::Links;
 use crate::plan::Cost;
 
@@ -93,38 +93,35 @@ pub unsafe fn finish<L: Lanes, K: Links<Number = L::Number>>(
     };
     let (west, east) = (column(-1, Side::East), column(1, Side::West));
     let far_line: Line<L> = [L::splat(far); VECTORS];
-    let line_beyond = |down: isize, row: usize| match board.beside(tile, down, 0) {
-        Some(other) if visited[other] => unsafe { load_line::<L>(board.tile(other), row) },
-        _ => far_line,
-    };
+    let tile_beyond = |down: isize| board.beside(tile, down, 0).filter(|&other| visited[other]);
 
     let values = board.tile(tile);
     let (most, far, unreachable) = (L::splat(most), L::splat(far), L::splat(L::Number::UNREACHABLE));
     let zero = L::splat(L::Number::ZERO);
     let mut largest = zero;
-    let mut above = line_beyond(-1, SIDE - 1);
+    let mut above = match tile_beyond(-1) {
+        Some(other) => unsafe { load_line::<L>(board.tile(other), SIDE - 1) },
+        None => far_line,
+    };
     let mut here = unsafe { load_line::<L>(values, 0) };
     for row in 0..rows {
-        let below =
-            if row + 1 < SIDE { unsafe { load_line::<L>(values, row + 1) } } else { line_beyond(1, 0) };
-        let left_of = |line: &Line<L>, k: usize, at: usize| {
-            line[k].after(if k > 0 { line[k - 1] } else { L::splat(west[at]) })
-        };
-        let right_of = |line: &Line<L>, k: usize, at: usize| {
-            line[k].ahead(if k + 1 < VECTORS { line[k + 1] } else { L::splat(east[at]) })
+        let below = match tile_beyond(1) {
+            _ if row + 1 < SIDE => unsafe { load_line::<L>(values, row + 1) },
+            Some(other) => unsafe { load_line::<L>(board.tile(other), 0) },
+            None => far_line,
         };
         for k in 0..VECTORS {
             let around = Around {
                 here: here[k],
                 there: [
-                    right_of(&here, k, row + 1),
-                    right_of(&below, k, row + 2),
+                    moved_down(&here, k, east[row + 1]),
+                    moved_down(&below, k, east[row + 2]),
                     below[k],
-                    left_of(&below, k, row + 2),
-                    left_of(&here, k, row + 1),
-                    left_of(&above, k, row),
+                    moved_up(&below, k, west[row + 2]),
+                    moved_up(&here, k, west[row + 1]),
+                    moved_up(&above, k, west[row]),
                     above[k],
-                    right_of(&above, k, row),
+                    moved_down(&above, k, east[row]),
                 ],
             };
             let mut masks = links.on_the_way(desk, row, k, &around);

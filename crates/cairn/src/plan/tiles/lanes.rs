@@ -2,6 +2,8 @@
 //!
 //! Every level does the same operations, each rounded once, so results agree to the bit.
 
+#[cfg(target_arch = "x86_64")]
+use super::{avx2, avx512, avx512_wide, registers::Registers, sse2};
 use crate::plan::Cost;
 
 /// Numbers in one [`Lanes`].
@@ -9,7 +11,8 @@ pub const LANES: usize = 16;
 
 /// Sixteen costs side by side. Masks have bit i for number i.
 ///
-/// Sums wrap in integers: callers keep them below the largest value of the type.
+/// Sums wrap in integers: callers keep them below the largest value of the type. Numbers are ordered
+/// rightly up to twice [`FAR`](TileCost::FAR).
 ///
 /// # Safety
 /// Methods of a level may only run where the processor has its instructions, inside a function that
@@ -87,24 +90,27 @@ pub trait TileCost: Cost {
 }
 
 macro_rules! levels {
-    ($type:ident, $avx512:ty, $avx2:ty) => {
+    ($type:ident, $avx512:ty, $avx2:ty, $sse2:ty) => {
         #[cfg(target_arch = "x86_64")]
         type Avx512 = $avx512;
         #[cfg(target_arch = "x86_64")]
         type Avx2 = $avx2;
+        #[cfg(target_arch = "x86_64")]
+        type Portable = $sse2;
         #[cfg(not(target_arch = "x86_64"))]
-        type Avx512 = Plain<$type>;
+        type Avx512 = super::plain::Plain<$type>;
         #[cfg(not(target_arch = "x86_64"))]
-        type Avx2 = Plain<$type>;
-        type Portable = Plain<$type>;
+        type Avx2 = super::plain::Plain<$type>;
+        #[cfg(not(target_arch = "x86_64"))]
+        type Portable = super::plain::Plain<$type>;
     };
 }
 
 macro_rules! integer_tile_cost {
-    ($type:ident, $avx512:ty, $avx2:ty) => {
+    ($type:ident, $far:expr, $avx512:ty, $avx2:ty, $sse2:ty) => {
         impl TileCost for $type {
-            levels!($type, $avx512, $avx2);
-            const FAR: Self = $type::MAX / 2;
+            levels!($type, $avx512, $avx2, $sse2);
+            const FAR: Self = $far;
             #[inline(always)]
             fn sum(self, other: Self) -> Self {
                 self.wrapping_add(other)
@@ -112,13 +118,25 @@ macro_rules! integer_tile_cost {
         }
     };
 }
-integer_tile_cost!(u32, super::avx512::U32, super::avx2::U32);
-integer_tile_cost!(u64, Plain<u64>, Plain<u64>);
+integer_tile_cost!(
+    u32,
+    u32::MAX / 2,
+    avx512::U32,
+    Registers<avx2::U32, 2>,
+    Registers<sse2::U32, 4>
+);
+integer_tile_cost!(
+    u64,
+    u64::MAX / 4, // twice this is still positive as a signed number
+    Registers<avx512_wide::U64, 2>,
+    Registers<avx2::U64, 4>,
+    Registers<sse2::U64, 8>
+);
 
 macro_rules! float_tile_cost {
-    ($type:ident, $avx512:ty, $avx2:ty) => {
+    ($type:ident, $avx512:ty, $avx2:ty, $sse2:ty) => {
         impl TileCost for $type {
-            levels!($type, $avx512, $avx2);
+            levels!($type, $avx512, $avx2, $sse2);
             const FAR: Self = $type::INFINITY;
             #[inline(always)]
             fn sum(self, other: Self) -> Self {
@@ -127,124 +145,5 @@ macro_rules! float_tile_cost {
         }
     };
 }
-float_tile_cost!(f32, super::avx512::F32, super::avx2::F32);
-float_tile_cost!(f64, Plain<f64>, Plain<f64>);
-
-/// Sixteen numbers in plain Rust, for every processor and every type.
-#[derive(Clone, Copy)]
-pub struct Plain<T>([T; LANES]);
-
-macro_rules! plain_lanes {
-    ($type:ident, $plus:expr, $minus:expr, $times:expr) => {
-        // SAFETY: plain Rust needs no instructions beyond the target's.
-        unsafe impl Lanes for Plain<$type> {
-            type Number = $type;
-
-            #[inline(always)]
-            fn splat(value: $type) -> Self {
-                Self([value; LANES])
-            }
-            #[inline(always)]
-            unsafe fn load(from: *const $type) -> Self {
-                // SAFETY: the caller's.
-                Self(unsafe { from.cast::<[$type; LANES]>().read_unaligned() })
-            }
-            #[inline(always)]
-            unsafe fn store(self, to: *mut $type) {
-                // SAFETY: the caller's.
-                unsafe { to.cast::<[$type; LANES]>().write_unaligned(self.0) }
-            }
-            #[inline(always)]
-            fn plus(self, other: Self) -> Self {
-                let mut sum = self.0;
-                for i in 0..LANES {
-                    sum[i] = $plus(self.0[i], other.0[i]);
-                }
-                Self(sum)
-            }
-            #[inline(always)]
-            fn minus(self, other: Self) -> Self {
-                let mut difference = self.0;
-                for i in 0..LANES {
-                    difference[i] = $minus(self.0[i], other.0[i]);
-                }
-                Self(difference)
-            }
-            #[inline(always)]
-            fn times(self, other: Self) -> Self {
-                let mut product = self.0;
-                for i in 0..LANES {
-                    product[i] = $times(self.0[i], other.0[i]);
-                }
-                Self(product)
-            }
-            #[inline(always)]
-            fn min(self, other: Self) -> Self {
-                let mut least = self.0;
-                for i in 0..LANES {
-                    least[i] = if other.0[i] < self.0[i] { other.0[i] } else { self.0[i] };
-                }
-                Self(least)
-            }
-            #[inline(always)]
-            fn max(self, other: Self) -> Self {
-                let mut most = self.0;
-                for i in 0..LANES {
-                    most[i] = if other.0[i] > self.0[i] { other.0[i] } else { self.0[i] };
-                }
-                Self(most)
-            }
-            #[inline(always)]
-            fn less(self, other: Self) -> u16 {
-                let mut mask = 0;
-                for i in 0..LANES {
-                    mask |= u16::from(self.0[i] < other.0[i]) << i;
-                }
-                mask
-            }
-            #[inline(always)]
-            fn equal(self, other: Self) -> u16 {
-                let mut mask = 0;
-                for i in 0..LANES {
-                    mask |= u16::from(self.0[i] == other.0[i]) << i;
-                }
-                mask
-            }
-            #[inline(always)]
-            fn where_else(self, mask: u16, other: Self) -> Self {
-                let mut chosen = other.0;
-                for i in 0..LANES {
-                    chosen[i] = if mask >> i & 1 == 1 { self.0[i] } else { other.0[i] };
-                }
-                Self(chosen)
-            }
-            #[inline(always)]
-            fn after(self, before: Self) -> Self {
-                let mut moved = self.0;
-                moved[0] = before.0[LANES - 1];
-                moved[1..].copy_from_slice(&self.0[..LANES - 1]);
-                Self(moved)
-            }
-            #[inline(always)]
-            fn ahead(self, behind: Self) -> Self {
-                let mut moved = self.0;
-                moved[..LANES - 1].copy_from_slice(&self.0[1..]);
-                moved[LANES - 1] = behind.0[0];
-                Self(moved)
-            }
-            #[inline(always)]
-            unsafe fn transpose(from: *const $type, from_pitch: usize, to: *mut $type, to_pitch: usize) {
-                for row in 0..LANES {
-                    for col in 0..LANES {
-                        // SAFETY: the caller's.
-                        unsafe { *to.add(col * to_pitch + row) = *from.add(row * from_pitch + col) };
-                    }
-                }
-            }
-        }
-    };
-}
-plain_lanes!(u32, u32::wrapping_add, u32::wrapping_sub, u32::wrapping_mul);
-plain_lanes!(u64, u64::wrapping_add, u64::wrapping_sub, u64::wrapping_mul);
-plain_lanes!(f32, std::ops::Add::add, std::ops::Sub::sub, std::ops::Mul::mul);
-plain_lanes!(f64, std::ops::Add::add, std::ops::Sub::sub, std::ops::Mul::mul);
+float_tile_cost!(f32, avx512::F32, Registers<avx2::F32, 2>, Registers<sse2::F32, 4>);
+float_tile_cost!(f64, Registers<avx512_wide::F64, 2>, Registers<avx2::F64, 4>, Registers<sse2::F64, 8>);

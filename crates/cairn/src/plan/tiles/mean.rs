@@ -80,6 +80,14 @@ impl<T: CellNumber, const CUT: bool> MeanGrid<'_, T, CUT> {
 #[repr(align(64))]
 struct Sheet<T>([T; LINES * PITCH]);
 
+impl<T: TileCost> Sheet<T> {
+    /// The sixteen numbers from `at` on, of which there must be as many.
+    #[inline(always)]
+    unsafe fn at<L: Lanes<Number = T>>(&self, at: usize) -> L {
+        unsafe { L::load(self.0.as_ptr().add(at)) }
+    }
+}
+
 /// What the links into each line from the line before it cost; number `LANES + col` of each line.
 ///
 /// A link costs the same both ways, so those from the line behind are the next line's, moved.
@@ -92,26 +100,31 @@ pub struct MeanLinks<T> {
     from_right: [T; LINES * PITCH],
 }
 
+/// What the diagonal links from `other` to `here` cost; none where a cell at their sides is blocked.
+#[inline(always)]
+fn aslant<L: Lanes, const CUT: bool>(here: L, other: L, sides: [L; 2]) -> L
+where
+    L::Number: CellNumber,
+{
+    let far = L::splat(L::Number::FAR);
+    let cost = here.plus(other).times(L::splat(L::Number::HALF_LENGTHS[1]));
+    if CUT { cost } else { cost.where_else(sides[0].max(sides[1]).less(far), far) }
+}
+
 impl<T: CellNumber> MeanLinks<T> {
     #[inline(always)]
     unsafe fn fill<L: Lanes<Number = T>, const CUT: bool>(&mut self, costs: &Sheet<T>) {
-        let [half, slant] = T::HALF_LENGTHS.map(L::splat);
-        let far = L::splat(T::FAR);
+        let half = L::splat(T::HALF_LENGTHS[0]);
         for line in 1..LINES {
             // One vector more: the moved links reach one column out of the tile.
             for k in 1..VECTORS + 2 {
                 let at = line * PITCH + k * LANES;
-                let cost = |at: usize| unsafe { L::load(costs.0.as_ptr().add(at)) };
-                let (here, above) = (cost(at), cost(at - PITCH));
-                let (left, above_left) = (cost(at - 1), cost(at - PITCH - 1));
-                let aslant = |other: L, here: L, side: L, other_side: L| {
-                    let cost = here.plus(other).times(slant);
-                    if CUT { cost } else { cost.where_else(side.max(other_side).less(far), far) }
-                };
-                let from_left = aslant(above_left, here, above, left);
-                // The other diagonal of the same square: from `above` to `left`.
-                let to_left = aslant(above, left, above_left, here);
                 unsafe {
+                    let (here, above) = (costs.at::<L>(at), costs.at::<L>(at - PITCH));
+                    let (left, above_left) = (costs.at::<L>(at - 1), costs.at::<L>(at - PITCH - 1));
+                    let from_left = aslant::<L, CUT>(here, above_left, [above, left]);
+                    // The other diagonal of the same square: from `above` to `left`.
+                    let to_left = aslant::<L, CUT>(left, above, [above_left, here]);
                     here.plus(above).times(half).store(self.straight.as_mut_ptr().add(at));
                     from_left.store(self.from_left.as_mut_ptr().add(at));
                     to_left.store(self.from_right.as_mut_ptr().add(at - 1));
@@ -236,27 +249,28 @@ impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
         k: usize,
         around: &Around<L>,
     ) -> [u16; 8] {
-        let [half, slant] = T::HALF_LENGTHS.map(L::splat);
         let far = L::splat(T::FAR);
+        let lengths = [L::splat(T::HALF_LENGTHS[0]), L::splat(T::HALF_LENGTHS[1])];
         let at = (row + 1) * PITCH + (k + 1) * LANES;
         // SAFETY: the sheet holds the tile and a margin around it.
-        let cost = |at: usize| unsafe { L::load(desk.costs.0.as_ptr().add(at)) };
-        let here = cost(at);
-        let there = [
-            at + 1,
-            at + PITCH + 1,
-            at + PITCH,
-            at + PITCH - 1,
-            at - 1,
-            at - PITCH - 1,
-            at - PITCH,
-            at - PITCH + 1,
-        ]
-        .map(cost);
+        let costs = &desk.costs;
+        let (here, there) = unsafe {
+            let there = [
+                costs.at::<L>(at + 1),
+                costs.at::<L>(at + PITCH + 1),
+                costs.at::<L>(at + PITCH),
+                costs.at::<L>(at + PITCH - 1),
+                costs.at::<L>(at - 1),
+                costs.at::<L>(at - PITCH - 1),
+                costs.at::<L>(at - PITCH),
+                costs.at::<L>(at - PITCH + 1),
+            ];
+            (costs.at::<L>(at), there)
+        };
         let mut masks = [0; 8];
         for code in 0..8 {
-            let length = if code % 2 == 0 { half } else { slant };
-            masks[code] = around.there[code].plus(here.plus(there[code]).times(length)).equal(around.here);
+            let link = here.plus(there[code]).times(lengths[code % 2]);
+            masks[code] = around.there[code].plus(link).equal(around.here);
             if code % 2 == 1 && !CUT {
                 masks[code] &= there[code - 1].max(there[(code + 1) % 8]).less(far);
             }

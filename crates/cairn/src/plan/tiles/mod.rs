@@ -8,6 +8,8 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+#[cfg(target_arch = "x86_64")]
+mod avx512_wide;
 mod bits;
 mod board;
 mod directed;
@@ -16,8 +18,14 @@ mod free;
 mod lanes;
 mod level;
 mod mean;
+#[cfg(not(target_arch = "x86_64"))]
+mod plain;
 mod queue;
+#[cfg(target_arch = "x86_64")]
+mod registers;
 mod run;
+#[cfg(target_arch = "x86_64")]
+mod sse2;
 mod sweep;
 mod visit;
 

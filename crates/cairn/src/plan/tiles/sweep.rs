@@ -36,23 +36,28 @@ impl<L: Lanes, const CUT: bool> LineLinks<L> for FreeLinks<L, CUT> {
     #[inline(always)]
     fn lower<const FORWARD: bool>(&self, to: usize, before: &Line<L>, line: &mut Line<L>) -> u64 {
         let free = self.free[to];
-        let free_before = self.free[if FORWARD { to - 1 } else { to + 1 }];
-        // Aslant from the column before, and from the one behind: both side cells free.
-        let both = if CUT { free } else { free & free_before };
-        let (from_left, from_right) = if CUT { (free, free) } else { (both & free << 1, both & free >> 1) };
+        // A diagonal move needs, unless corners are cut, both cells free in the column that it leaves and
+        // in the one that it enters.
+        let both = free & self.free[if FORWARD { to - 1 } else { to + 1 }];
         let far = L::splat(L::Number::FAR);
+        let mut aslant = *before;
+        if !CUT {
+            for k in 0..VECTORS {
+                aslant[k] = before[k].where_else((both >> (k * LANES)) as u16, far);
+            }
+        }
         let mut changed = 0;
         for k in 0..VECTORS {
-            let part = |mask: u64| (mask >> (k * LANES)) as u16;
-            let left = before[k].after(if k > 0 { before[k - 1] } else { far });
-            let right = before[k].ahead(if k + 1 < VECTORS { before[k + 1] } else { far });
-            let straight = before[k].plus(self.straight);
-            let left = left.plus(self.diagonal).where_else(part(from_left), far);
-            let right = right.plus(self.diagonal).where_else(part(from_right), far);
-            let offered = straight.min(left.min(right));
-            let fell = offered.less(line[k]) & part(free);
-            line[k] = offered.where_else(fell, line[k]);
-            changed |= u64::from(fell) << (k * LANES);
+            let left = aslant[k].after(if k > 0 { aslant[k - 1] } else { far });
+            let right = aslant[k].ahead(if k + 1 < VECTORS { aslant[k + 1] } else { far });
+            let mut slant = left.min(right).plus(self.diagonal);
+            if !CUT {
+                slant = slant.where_else((both >> (k * LANES)) as u16, far);
+            }
+            let offered = before[k].plus(self.straight).min(slant);
+            let offered = offered.where_else((free >> (k * LANES)) as u16, far);
+            changed |= u64::from(offered.less(line[k])) << (k * LANES);
+            line[k] = line[k].min(offered);
         }
         changed
     }
@@ -86,7 +91,24 @@ impl<L: Lanes> LineLinks<L> for OpenLinks<L> {
 /// `values` holds a tile; the level of `L` is enabled.
 #[inline(always)]
 pub unsafe fn load_line<L: Lanes>(values: *const L::Number, line: usize) -> Line<L> {
-    std::array::from_fn(|k| unsafe { L::load(values.add(line * SIDE + k * LANES)) })
+    // No closures here or wherever vectors are at work: only what is always inlined has the instructions.
+    let mut numbers = [L::splat(L::Number::FAR); VECTORS];
+    for (k, numbers) in numbers.iter_mut().enumerate() {
+        *numbers = unsafe { L::load(values.add(line * SIDE + k * LANES)) };
+    }
+    numbers
+}
+
+/// Vector `k` of a line moved up one place, `outside` before the line's first number.
+#[inline(always)]
+pub fn moved_up<L: Lanes>(line: &Line<L>, k: usize, outside: L::Number) -> L {
+    line[k].after(if k > 0 { line[k - 1] } else { L::splat(outside) })
+}
+
+/// Vector `k` of a line moved down one place, `outside` behind the line's last number.
+#[inline(always)]
+pub fn moved_down<L: Lanes>(line: &Line<L>, k: usize, outside: L::Number) -> L {
+    line[k].ahead(if k + 1 < VECTORS { line[k + 1] } else { L::splat(outside) })
 }
 
 /// # Safety
