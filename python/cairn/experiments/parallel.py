@@ -22,6 +22,7 @@ from cairn.graphs import Csr, LayeredResult, graph_from_edges, plan_layered
 WORKERS = (1, 2, 4, 8, 16, 32, 64)
 BUSY_ON = 16
 BUSY_BINS = 80
+REPEAT_S = 0.1
 ENGINES: tuple[Literal["levelled", "in_place"], ...] = ("levelled", "in_place")
 SCHEDULES: tuple[Literal["fronts", "wavefront"], ...] = ("fronts", "wavefront")
 
@@ -81,7 +82,7 @@ def measure(
     Args:
         profiles: the graphs.
         seed: of the links' costs.
-        repeats: of every timing; the fastest counts.
+        repeats: of every timing, at least, and for a tenth of a second each; the fastest counts.
         advance: called with what comes next, `steps()` times.
     """
     began = time.perf_counter()
@@ -149,8 +150,12 @@ def _study(
 
 
 def _runs(graph: Csr, engine: Any, schedule: Any, threads: int, repeats: int) -> list[Any]:
+    """Return so many runs; more if they are short: threads take a while to spread over cores."""
     how = {"engine": engine, "schedule": schedule, "threads": threads, "record_trace": True}
-    return [plan_layered(*graph, 0, **how) for _ in range(repeats)]
+    runs, began = [], time.perf_counter()
+    while len(runs) < repeats or time.perf_counter() - began < REPEAT_S * repeats:
+        runs.append(plan_layered(*graph, 0, **how))
+    return runs
 
 
 def _durations(runs: list[Any]) -> tuple[Any, Any, Any]:
