@@ -10,8 +10,6 @@ import pytest
 import cairn
 from test_plan_edges import ARITHMETICS, ENGINES, INF, MAPS, SIZES, random_costs
 
-pytestmark = pytest.mark.skipif(not hasattr(cairn.Field, "update"), reason="no repair yet")
-
 GIVE_UP = {"repaired": {"give_up": INF}, "default": {}, "anew": {"give_up": 0.0}}
 
 

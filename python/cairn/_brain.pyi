@@ -46,8 +46,16 @@ class GridField:
         """Native cost of one straight step through cells of unit cost."""
 
     @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, cols)."""
+
+    @property
     def goals(self) -> list[tuple[int, int]]:
         """The goal cells."""
+
+    @property
+    def prices_segments(self) -> bool:
+        """Whether a straight segment has a cost in this field."""
 
     def native(self) -> NDArray[Any]:
         """Return the solver's own array, not copied, read-only."""
@@ -66,22 +74,23 @@ class GridField:
     ) -> NDArray[np.float64] | None:
         """Return the way from a point of the world to a goal point, or None."""
 
-    def any_angle_path(
-        self,
-        start: tuple[int, int],
-        costs: NDArray[np.floating[Any]] | None,
-        corner_cutting: bool,
-    ) -> NDArray[np.int64] | None:
+    def any_angle_path(self, start: tuple[int, int]) -> NDArray[np.int64] | None:
         """Return the cells that the way turns at when straight wherever that is no dearer."""
 
     def any_angle_path_in_world(
         self,
         start: tuple[float, float],
         goals: list[tuple[float, float]],
-        costs: NDArray[np.floating[Any]] | None,
-        corner_cutting: bool,
     ) -> NDArray[np.float64] | None:
         """Return the points that the way turns at when straight wherever that is no dearer."""
+
+    def update(
+        self,
+        cells: NDArray[np.int64],
+        costs: NDArray[np.bool_] | NDArray[np.float32] | NDArray[np.float64],
+        give_up: float,
+    ) -> tuple[bool, int, int, int]:
+        """Change costs of cells; (solved anew, cells changed, cells forgotten, visits to tiles)."""
 
 Place = tuple[float, tuple[float, float, float]]
 Means = tuple[int | None, str | None, tuple[int, int] | None]

@@ -65,17 +65,18 @@ def double_precision(costs: npt.NDArray[Any]) -> npt.NDArray[np.float64]:
 
 def _rounded(costs: npt.NDArray[Any], wanted: Any, complaint: str) -> npt.NDArray[Any]:
     with np.errstate(over="ignore", under="ignore"):
-        rounded = costs.astype(wanted)
+        rounded = costs.astype(wanted, copy=False)
     if np.can_cast(costs.dtype, wanted):
         return rounded
     lost = (np.isinf(rounded) & ~np.isinf(costs)) | ((rounded == 0) & (costs != 0))
     if lost.any():
-        row, col = (int(i) for i in np.argwhere(lost)[0])
+        where = tuple(int(i) for i in np.argwhere(lost)[0])
+        which = f"of cell {where}" if len(where) == 2 else f"number {where[0]}"
         raise errors.CellCostBeyondPrecision(
-            f"the cost of cell ({row}, {col}) is {costs[row, col]!s}, {complaint}",
-            row=row,
-            col=col,
-            value=float(costs[row, col]),
+            f"the cost {which} is {costs[where]!s}, {complaint}",
+            row=where[0],
+            col=where[-1],
+            value=float(costs[where]),
         )
     return rounded
 
@@ -175,6 +176,17 @@ def checked_means(threads: Any, simd: Any, start: GridCell | None) -> Means:
     return checked_threads(threads), simd, start
 
 
+def checked_share(option: str, value: Any) -> float:
+    """Return a number >= 0."""
+    try:
+        share = float(value)
+    except (TypeError, ValueError):
+        share = -1.0
+    if isinstance(value, bool | np.bool_) or not share >= 0.0:
+        raise _unknown_option(option, value, ("a number >= 0",))
+    return share
+
+
 def _unknown_option(option: str, value: Any, choices: tuple[Any, ...]) -> errors.UnknownPlanOption:
     listed = ", ".join(map(repr, choices))
     return errors.UnknownPlanOption(
@@ -245,3 +257,50 @@ def _several(goal: Any) -> list[Any]:
     raise errors.GoalMalformed(
         f"goal {goal!r} is neither a pair of numbers nor a sequence of such", value=goal
     )
+
+
+# ---- updates -------------------------------------------------------------------------------------
+
+
+def cell_array(cells: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    """One cell or several as an array (n, 2) of (row, col)."""
+    try:
+        array = np.asarray(cells)
+        if array.size == 0:
+            return np.zeros((0, 2), np.int64)
+        whole = array.astype(np.int64)
+        pairs = whole.reshape(1, 2) if whole.shape == (2,) else whole
+        is_pairs = array.dtype.kind in "iuf" and pairs.ndim == 2 and pairs.shape[1] == 2
+        if is_pairs and np.array_equal(whole, array):
+            return pairs
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise errors.CellsMalformed(
+        f"cells {cells!r:.80}: give (n, 2) whole numbers, a row and a column each", value=cells
+    )
+
+
+def update_costs(
+    costs: npt.ArrayLike, count: int, planned_on: np.dtype[Any]
+) -> npt.NDArray[np.bool_] | npt.NDArray[np.float32] | npt.NDArray[np.float64]:
+    """Return new costs of `count` cells as an array of the kind that a field was planned on."""
+    try:
+        array = np.asarray(costs)
+        if array.ndim == 0:
+            array = np.full(count, array)
+    except ValueError:
+        array = np.empty(0, object)
+    if array.ndim != 1 or array.dtype.kind not in "biuf":
+        raise errors.UpdateCostsMalformed(
+            f"costs of shape {array.shape} and type {array.dtype}; give one bool or real number "
+            "for each cell, or one for all",
+            shape=array.shape,
+            dtype=str(array.dtype),
+        )
+    if planned_on.kind != "f":
+        return np.ascontiguousarray(array if array.dtype == bool else array.astype(np.float64))
+    if array.dtype == bool:
+        array = np.where(array, 1.0, np.inf)
+    if planned_on == np.float32:
+        return np.ascontiguousarray(single_precision(array))
+    return np.ascontiguousarray(double_precision(array))

@@ -11,7 +11,7 @@ The field is the least fixed point in that arithmetic, whatever `threads` is.
 """
 
 from collections.abc import Sequence
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -21,9 +21,11 @@ from cairn.arguments import (
     GridCell,
     Means,
     Simd,
+    cell_array,
     checked_choice,
     checked_flag,
     checked_means,
+    checked_share,
     double_precision,
     goal_cells,
     goal_points,
@@ -31,6 +33,7 @@ from cairn.arguments import (
     start_cell,
     start_point,
     two_dimensional,
+    update_costs,
     world_arrays,
 )
 
@@ -38,9 +41,6 @@ Precision = Literal["f32", "f64"]
 Steps = Literal["985/1393", "100/141"]
 Place = tuple[float, tuple[float, float, float]]  # resolution [m], (x, y, yaw) of the grid
 Point = Sequence[float]
-
-Ground = tuple[npt.NDArray[np.floating[Any]] | None, bool]
-"""What a field was solved on: costs, or None where every free cell costs 1; corner cutting."""
 
 _CELLS = (1.0, (0.0, 0.0, 0.0))
 
@@ -69,16 +69,26 @@ class PlannableWorld(Protocol):
         ...
 
 
+class Update(NamedTuple):
+    """What an update of a field took.
+
+    Attributes:
+        anew: whether the field was solved anew.
+        changed: cells whose cost really changed.
+        forgotten: cells that were forgotten because their way became dearer; 0 if solved anew.
+        visits: visits to tiles; 0 if solved anew.
+    """
+
+    anew: bool
+    changed: int
+    forgotten: int
+    visits: int
+
+
 class Field:
     """Cost-to-go and next cell of every cell of a grid; made by `plan` and `plan_grid`.
 
     Attributes:
-        native: the solver's own numbers, (rows, cols), read-only and not copied: uint32 or uint64
-            steps, `unit` of them to a straight step, the largest value where there is no way; or
-            float32 or float64 cost x cells, inf where there is no way.
-        next_node: int8 (rows, cols), read-only: the move to the next cell, (Δrow, Δcol) = 0 (0,1),
-            1 (1,1), 2 (1,0), 3 (1,-1), 4 (0,-1), 5 (-1,-1), 6 (-1,0), 7 (-1,1); the lowest code
-            among equally good ones; -1 at goals and where there is none.
         goals: the goals as given: world points [m] of `plan`, (row, col) of `plan_grid`.
         brain: the compiled field, for parts of Cairn that follow it.
     """
@@ -88,23 +98,48 @@ class Field:
         brain: _brain.GridField,
         scale: float,
         goal_points: list[tuple[float, float]] | None,
-        ground: Ground | None = None,
     ) -> None:
         """Wrap a solved field; `scale` turns cost x cells into the unit shown."""
         self.brain = brain
-        self.native: npt.NDArray[Any] = brain.native()
-        self.next_node: npt.NDArray[np.int8] = brain.next_node()
         self.goals: list[Any] = list(brain.goals if goal_points is None else goal_points)
         self._scale = scale
         self._goal_points = goal_points
-        self._ground = ground
+        self._forget_arrays()
+
+    def _forget_arrays(self) -> None:
+        """Let go of arrays that show the field as it was."""
+        self._native: npt.NDArray[Any] | None = None
+        self._next_node: npt.NDArray[np.int8] | None = None
         self._cost_to_go: npt.NDArray[np.float64] | None = None
 
     @property
     def shape(self) -> tuple[int, int]:
         """(rows, cols)."""
-        rows, cols = self.next_node.shape
-        return rows, cols
+        return self.brain.shape
+
+    @property
+    def native(self) -> npt.NDArray[Any]:
+        """The solver's own numbers, (rows, cols), read-only, not copied.
+
+        uint32 or uint64 steps, `unit` of them to a straight step, the largest value where there is
+        no way; or float32 or float64 cost x cells, inf where there is no way. An array fetched
+        keeps its numbers when the field is updated.
+        """
+        if self._native is None:
+            self._native = self.brain.native()
+        return self._native
+
+    @property
+    def next_node(self) -> npt.NDArray[np.int8]:
+        """The move to the next cell, int8 (rows, cols), read-only, not copied.
+
+        (Δrow, Δcol) = 0 (0,1), 1 (1,1), 2 (1,0), 3 (1,-1), 4 (0,-1), 5 (-1,-1), 6 (-1,0), 7 (-1,1);
+        the lowest code among equally good ones; -1 at goals and where there is none. An array
+        fetched keeps its codes when the field is updated.
+        """
+        if self._next_node is None:
+            self._next_node = self.brain.next_node()
+        return self._next_node
 
     @property
     def unit(self) -> float:
@@ -151,23 +186,55 @@ class Field:
             AnyAngleNotPriced: the field was not solved on costs of cells (`plan_terrain`,
                 `plan_weights`), so that only its own moves have a cost.
         """
-        ground = None
-        if checked_flag("any_angle", any_angle):
-            ground = self._ground
-            if ground is None:
-                raise errors.AnyAngleNotPriced(
-                    "this field prices moves between cells, not the ground between them: it has "
-                    "no cost for a segment at any angle; take the path without any_angle"
-                )
+        straightened = checked_flag("any_angle", any_angle)
+        if straightened and not self.brain.prices_segments:
+            raise errors.AnyAngleNotPriced(
+                "this field prices moves between cells, not the ground between them: it has "
+                "no cost for a segment at any angle; take the path without any_angle"
+            )
         if self._goal_points is not None:
             point = start_point(start)
-            if ground is not None:
-                return self.brain.any_angle_path_in_world(point, self._goal_points, *ground)
+            if straightened:
+                return self.brain.any_angle_path_in_world(point, self._goal_points)
             return self.brain.path_in_world(point, self._goal_points)
         cell = start_cell(start)
-        if ground is not None:
-            return self.brain.any_angle_path(cell, *ground)
-        return self.brain.path(cell)
+        return self.brain.any_angle_path(cell) if straightened else self.brain.path(cell)
+
+    def update(self, cells: npt.ArrayLike, costs: npt.ArrayLike, *, give_up: float = 0.1) -> Update:
+        """Change the costs of some cells and make the field right again, policy included.
+
+        The field then equals the one planned anew, to the bit. A local change takes some tenths of
+        a millisecond on a grid of any size, if no array of the field is held: arrays fetched
+        before are snapshots, and while one is held the first update copies the field.
+
+        Args:
+            cells: (n, 2) of (row, col), or one cell. Of a cell given twice the last cost counts.
+            costs: (n,), or one for all cells, in the kind that was planned on: bool, True is free;
+                or cost per unit length, > 0, inf blocked (for these, bool stands for 1 and inf).
+            give_up: share of the work of the last full solution, counted, not clocked, after which
+                repair gives way to solving anew.
+
+        Returns:
+            What it took.
+
+        Raises:
+            CellsMalformed: `cells` is no array of pairs of whole numbers.
+            UpdateCostsMalformed: `costs` are no bools or real numbers.
+            UpdateLengthMismatch: there are not as many costs as cells.
+            CellOutsideGrid, GoalBlocked: as named.
+            CellCostNan, CellCostNegative, CellCostZero, CellCostBeyondPrecision: with the value.
+            LinkCostAbsorbed, CostToGoOverflow: as in `plan_grid`.
+            FieldNotUpdatable: the field was planned for one start only, on costs of another kind,
+                or by `plan_terrain` or `plan_weights`.
+            UnknownPlanOption: `give_up` is no number >= 0.
+
+            The field is as it was then.
+        """
+        where = cell_array(cells)
+        share = checked_share("give_up", give_up)
+        new = update_costs(costs, len(where), self.native.dtype)
+        self._forget_arrays()
+        return Update(*self.brain.update(where, new, share))
 
     def __repr__(self) -> str:
         """Shape, number type and goals."""
@@ -229,8 +296,8 @@ def plan(
     cells = _brain.goal_cells(points, rows, cols, place) if grid.size else []
     cell = None if start is None else _start_cell(start, rows, cols, place)
     means = checked_means(threads, simd, cell)
-    brain, ground = _solve(grid, cells, place, corner_cutting, precision, "985/1393", means)
-    return Field(brain, place[0], points, ground)
+    brain = _solve(grid, cells, place, corner_cutting, precision, "985/1393", means)
+    return Field(brain, place[0], points)
 
 
 def plan_grid(
@@ -279,8 +346,8 @@ def plan_grid(
     cells = goal_cells(goal)
     means = checked_means(threads, simd, None if start is None else start_cell(start))
     grid = two_dimensional(costs)
-    brain, ground = _solve(grid, cells, _CELLS, corner_cutting, precision, steps, means)
-    return Field(brain, 1.0, None, ground)
+    brain = _solve(grid, cells, _CELLS, corner_cutting, precision, steps, means)
+    return Field(brain, 1.0, None)
 
 
 def _solve(
@@ -291,22 +358,16 @@ def _solve(
     precision: str | None,
     steps: str,
     means: Means,
-) -> tuple[_brain.GridField, Ground]:
+) -> _brain.GridField:
     checked_choice("precision", precision, (None, "f32", "f64"))
     checked_choice("steps", steps, ("985/1393", "100/141"))
     corner_cutting = checked_flag("corner_cutting", corner_cutting)
     if grid.dtype == bool and precision is None:
-        steps_of_paper = steps == "100/141"
-        brain = _brain.plan_free(grid, cells, place, corner_cutting, steps_of_paper, means)
-        return brain, (None, corner_cutting)
+        return _brain.plan_free(grid, cells, place, corner_cutting, steps == "100/141", means)
     costs = np.where(grid, 1.0, np.inf) if grid.dtype == bool else grid
     if precision == "f64":
-        costs = np.ascontiguousarray(double_precision(costs))
-        brain = _brain.plan_costs_f64(costs, cells, place, corner_cutting, means)
-    else:
-        costs = np.ascontiguousarray(single_precision(costs))
-        brain = _brain.plan_costs_f32(costs, cells, place, corner_cutting, means)
-    return brain, (None if grid.dtype == bool else costs, corner_cutting)
+        return _brain.plan_costs_f64(double_precision(costs), cells, place, corner_cutting, means)
+    return _brain.plan_costs_f32(single_precision(costs), cells, place, corner_cutting, means)
 
 
 def _start_cell(start: Any, rows: int, cols: int, place: Place) -> GridCell:

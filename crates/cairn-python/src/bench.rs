@@ -2,6 +2,7 @@
 //! taken here, around the solver alone: no conversion, no array handed out.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::time::Instant;
 
 use cairn::geometry::Pose2;
@@ -43,11 +44,11 @@ enum Native<'a> {
     F64(&'a [f64]),
 }
 
-type Solve<T> = fn(&mut GridPlanner, &Grid<T>, &[Cell], &PlanOptions) -> Result<Field, PlanError>;
+type Solve<T> = fn(&mut GridPlanner, &Arc<Grid<T>>, &[Cell], &PlanOptions) -> Result<Field, PlanError>;
 
 /// The production solver with its memory. The one place that knows how it is called.
 struct Cairn<T> {
-    grid: Grid<T>,
+    grid: Arc<Grid<T>>,
     solve: Solve<T>,
     planner: GridPlanner,
     field: Option<Field>,
@@ -55,6 +56,7 @@ struct Cairn<T> {
 
 impl<T> Cairn<T> {
     fn boxed(grid: Grid<T>, solve: Solve<T>) -> Box<Self> {
+        let grid = Arc::new(grid);
         Box::new(Self { grid, solve, planner: GridPlanner::default(), field: None })
     }
 }
@@ -258,8 +260,12 @@ fn grid<T: Element + Copy>(map: &PyReadonlyArray2<'_, T>) -> Grid<T> {
 
 fn timed(solver: &str, map: &Map<'_>) -> Option<Box<dyn Timed>> {
     Some(match (solver, map) {
-        ("cairn", Map::Free(map)) => Cairn::boxed(grid(map), GridPlanner::plan_free),
-        ("cairn", Map::Costs(map)) => Cairn::boxed(grid(map), GridPlanner::plan_costs_f32),
+        ("cairn", Map::Free(map)) => {
+            Cairn::boxed(grid(map), |planner, grid, goals, options| planner.plan_free(grid, goals, options))
+        }
+        ("cairn", Map::Costs(map)) => Cairn::boxed(grid(map), |planner, grid, goals, options| {
+            planner.plan_costs_f32(Arc::clone(grid), goals, options)
+        }),
         ("dial", Map::Free(map)) => Whole::boxed(grid(map), Buckets::unit_wide(), Buckets::unit_wide),
         ("dial-wide", Map::Free(map)) => Whole::boxed(grid(map), Buckets::wide(), Buckets::wide),
         ("heap", Map::Free(map)) => Whole::boxed(grid(map), Heap::default(), Heap::default),

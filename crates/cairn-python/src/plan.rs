@@ -1,10 +1,10 @@
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError, RwLock};
 
 use cairn::geometry::Point2;
-use cairn::plan::{self, Crossed, PlanError, PlanOptions, Simd, Steps, Values};
+use cairn::plan::{self, NewCosts, PlanError, PlanOptions, Simd, Steps, Values};
 use cairn::world::{Cell, Grid, GridGeometry};
 use numpy::ndarray::ArrayView2;
-use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::convert::{Triple, grid_of, points, pose_of};
@@ -13,50 +13,63 @@ use crate::errors::to_python;
 /// Cost-to-go and next cell of every cell of a grid. `cairn.planning.Field` is its public face.
 #[pyclass(frozen, module = "cairn._brain")]
 pub struct GridField {
-    pub inner: Arc<plan::Field>,
+    field: RwLock<Arc<plan::Field>>,
 }
+
+/// Keeps the memory of arrays alive that were handed out: an update leaves it alone.
+#[pyclass(frozen, module = "cairn._brain")]
+struct FieldMemory(#[allow(dead_code)] Arc<plan::Field>);
 
 #[pymethods]
 impl GridField {
     /// Native cost of one straight step through cells of unit cost.
     #[getter]
     fn unit(&self) -> f64 {
-        self.inner.unit()
+        self.now().unit()
+    }
+
+    /// (rows, cols).
+    #[getter]
+    fn shape(&self) -> (usize, usize) {
+        let geometry = *self.now().geometry();
+        (geometry.rows, geometry.cols)
     }
 
     /// The goal cells.
     #[getter]
     fn goals(&self) -> Vec<(usize, usize)> {
-        self.inner.goals().iter().map(|cell| (cell.row, cell.col)).collect()
+        self.now().goals().iter().map(|cell| (cell.row, cell.col)).collect()
     }
 
     /// The solver's own array, not copied, read-only.
-    fn native<'py>(this: &Bound<'py, Self>) -> Bound<'py, PyAny> {
-        let field = this.get();
-        match field.inner.native() {
-            Values::U32(values) => field.lend(this, values).into_any(),
-            Values::U64(values) => field.lend(this, values).into_any(),
-            Values::F32(values) => field.lend(this, values).into_any(),
-            Values::F64(values) => field.lend(this, values).into_any(),
-        }
+    fn native<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let field = self.now();
+        Ok(match field.native() {
+            Values::U32(values) => lend(py, &field, values)?.into_any(),
+            Values::U64(values) => lend(py, &field, values)?.into_any(),
+            Values::F32(values) => lend(py, &field, values)?.into_any(),
+            Values::F64(values) => lend(py, &field, values)?.into_any(),
+        })
     }
 
     /// Codes 0..7 or -1, not copied, read-only.
-    fn next_node<'py>(this: &Bound<'py, Self>) -> Bound<'py, PyArray2<i8>> {
-        this.get().lend(this, this.get().inner.next_codes())
+    fn next_node<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i8>>> {
+        let field = self.now();
+        lend(py, &field, field.next_codes())
     }
 
     /// Cost-to-go [cost x cells] times `scale`.
     fn cost_to_go<'py>(&self, py: Python<'py>, scale: f64) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let values = py.detach(|| self.inner.costs_to_go(scale));
-        let geometry = self.inner.geometry();
-        values.into_pyarray(py).reshape([geometry.rows, geometry.cols])
+        let field = self.now();
+        let values = py.detach(|| field.costs_to_go(scale));
+        values.into_pyarray(py).reshape([field.geometry().rows, field.geometry().cols])
     }
 
     /// The cells from `start` to a goal, or None.
     fn path<'py>(&self, py: Python<'py>, start: (i64, i64)) -> PyResult<Option<Bound<'py, PyArray2<i64>>>> {
-        let cell = self.start_cell(start)?;
-        let cells = py.detach(|| self.inner.path(cell));
+        let field = self.now();
+        let cell = start_in(&field, start)?;
+        let cells = py.detach(|| field.path(cell));
         cells.map(|cells| cells_as_rows(py, &cells)).transpose()
     }
 
@@ -67,55 +80,91 @@ impl GridField {
         start: (f64, f64),
         goals: Vec<(f64, f64)>,
     ) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let field = self.now();
         let goals: Vec<Point2> = goals.into_iter().map(|(x, y)| Point2::new(x, y)).collect();
-        let path = py.detach(|| self.inner.path_in_world(Point2::new(start.0, start.1), &goals));
+        let path = py.detach(|| field.path_in_world(Point2::new(start.0, start.1), &goals));
         path.map_err(|e| to_python(&e))?.map(|path| points(py, &path)).transpose()
     }
 
-    /// The cells that the way from `start` turns at when it goes straight wherever that is no dearer.
+    /// Whether a straight segment has a cost in this field, so that there are any-angle paths.
+    #[getter]
+    fn prices_segments(&self) -> bool {
+        self.now().crossed().is_some()
+    }
+
+    /// The cells that the way from `start` turns at when it goes straight wherever that is no dearer; None
+    /// too if segments have no price.
     fn any_angle_path<'py>(
         &self,
         py: Python<'py>,
         start: (i64, i64),
-        costs: Option<CellCosts<'py>>,
-        corner_cutting: bool,
     ) -> PyResult<Option<Bound<'py, PyArray2<i64>>>> {
-        let cell = self.start_cell(start)?;
-        let crossed = crossed(costs.as_ref())?;
-        let cells = py.detach(|| self.inner.any_angle_path(cell, crossed, corner_cutting));
+        let field = self.now();
+        let cell = start_in(&field, start)?;
+        let Some((crossed, corner_cutting)) = field.crossed() else { return Ok(None) };
+        let cells = py.detach(|| field.any_angle_path(cell, crossed, corner_cutting));
         cells.map(|cells| cells_as_rows(py, &cells)).transpose()
     }
 
-    /// The points that the way turns at when it goes straight wherever that is no dearer.
+    /// The points that the way turns at when it goes straight wherever that is no dearer; None too if
+    /// segments have no price.
     fn any_angle_path_in_world<'py>(
         &self,
         py: Python<'py>,
         start: (f64, f64),
         goals: Vec<(f64, f64)>,
-        costs: Option<CellCosts<'py>>,
-        corner_cutting: bool,
     ) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
+        let field = self.now();
         let goals: Vec<Point2> = goals.into_iter().map(|(x, y)| Point2::new(x, y)).collect();
         let start = Point2::new(start.0, start.1);
-        let crossed = crossed(costs.as_ref())?;
-        let path = py.detach(|| self.inner.any_angle_path_in_world(start, &goals, crossed, corner_cutting));
+        let Some((crossed, corner_cutting)) = field.crossed() else { return Ok(None) };
+        let path = py.detach(|| field.any_angle_path_in_world(start, &goals, crossed, corner_cutting));
         path.map_err(|e| to_python(&e))?.map(|path| points(py, &path)).transpose()
+    }
+
+    /// Changes costs of cells; (solved anew, cells changed, cells forgotten, visits to tiles).
+    fn update(
+        &self,
+        py: Python<'_>,
+        cells: PyReadonlyArray2<'_, i64>,
+        costs: NewCells<'_>,
+        give_up: f64,
+    ) -> PyResult<(bool, usize, usize, usize)> {
+        let GridGeometry { rows, cols, .. } = *self.now().geometry();
+        let cells = cells.as_array();
+        let cells = cells.rows().into_iter().map(|cell| {
+            let (row, col) = (cell[0], cell[1]);
+            let outside = || to_python(&PlanError::CellOutsideGrid { row, col, rows, cols });
+            cell_inside((row, col), rows, cols).ok_or_else(outside)
+        });
+        let cells: Vec<Cell> = cells.collect::<PyResult<_>>()?;
+        let costs = match &costs {
+            NewCells::Free(free) => NewCosts::Free(free.as_slice()?),
+            NewCells::F32(costs) => NewCosts::F32(costs.as_slice()?),
+            NewCells::F64(costs) => NewCosts::F64(costs.as_slice()?),
+        };
+        let update = py.detach(|| {
+            let mut field = self.field.write().unwrap_or_else(PoisonError::into_inner);
+            Arc::make_mut(&mut field).update(&cells, costs, give_up)
+        });
+        let done = update.map_err(|e| to_python(&e))?;
+        Ok((done.anew, done.changed, done.forgotten, done.visits))
     }
 }
 
-/// What a field was solved on, where it was costs.
-#[derive(FromPyObject)]
-enum CellCosts<'py> {
-    F32(PyReadonlyArray2<'py, f32>),
-    F64(PyReadonlyArray2<'py, f64>),
+impl GridField {
+    /// The field as it is now; updates to come do not change it.
+    pub fn now(&self) -> Arc<plan::Field> {
+        self.field.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
 }
 
-fn crossed<'a>(costs: Option<&'a CellCosts<'_>>) -> PyResult<Crossed<'a>> {
-    Ok(match costs {
-        None => Crossed::Free,
-        Some(CellCosts::F32(costs)) => Crossed::F32(costs.as_slice()?),
-        Some(CellCosts::F64(costs)) => Crossed::F64(costs.as_slice()?),
-    })
+/// New costs of cells.
+#[derive(FromPyObject)]
+enum NewCells<'py> {
+    Free(PyReadonlyArray1<'py, bool>),
+    F32(PyReadonlyArray1<'py, f32>),
+    F64(PyReadonlyArray1<'py, f64>),
 }
 
 fn cells_as_rows<'py>(py: Python<'py>, cells: &[Cell]) -> PyResult<Bound<'py, PyArray2<i64>>> {
@@ -123,24 +172,26 @@ fn cells_as_rows<'py>(py: Python<'py>, cells: &[Cell]) -> PyResult<Bound<'py, Py
     flat.into_pyarray(py).reshape([cells.len(), 2])
 }
 
-impl GridField {
-    fn start_cell(&self, start: (i64, i64)) -> PyResult<Cell> {
-        let GridGeometry { rows, cols, .. } = *self.inner.geometry();
-        let outside = || PlanError::StartOutsideGrid { row: start.0, col: start.1, rows, cols };
-        cell_inside(start, rows, cols).ok_or_else(|| to_python(&outside()))
-    }
+fn start_in(field: &plan::Field, start: (i64, i64)) -> PyResult<Cell> {
+    let GridGeometry { rows, cols, .. } = *field.geometry();
+    let outside = || PlanError::StartOutsideGrid { row: start.0, col: start.1, rows, cols };
+    cell_inside(start, rows, cols).ok_or_else(|| to_python(&outside()))
+}
 
-    #[allow(unsafe_code)]
-    fn lend<'py, T: Element>(&self, owner: &Bound<'py, Self>, values: &[T]) -> Bound<'py, PyArray2<T>> {
-        let geometry = self.inner.geometry();
-        let view =
-            ArrayView2::from_shape((geometry.rows, geometry.cols), values).expect("one value per cell");
-        // SAFETY: `values` is memory of `inner`, which `owner` keeps alive and, being frozen, never changes;
-        // the array is made read-only before anyone sees it.
-        let array = unsafe { PyArray2::borrow_from_array(&view, owner.clone().into_any()) };
-        array.readwrite().make_nonwriteable();
-        array
-    }
+#[allow(unsafe_code)]
+fn lend<'py, T: Element>(
+    py: Python<'py>,
+    field: &Arc<plan::Field>,
+    values: &[T],
+) -> PyResult<Bound<'py, PyArray2<T>>> {
+    let geometry = field.geometry();
+    let view = ArrayView2::from_shape((geometry.rows, geometry.cols), values).expect("one value per cell");
+    let owner = Bound::new(py, FieldMemory(Arc::clone(field)))?;
+    // SAFETY: `values` is memory of `field`, which `owner` keeps alive; shared, it never changes; the array
+    // is made read-only before anyone sees it.
+    let array = unsafe { PyArray2::borrow_from_array(&view, owner.into_any()) };
+    array.readwrite().make_nonwriteable();
+    Ok(array)
 }
 
 fn cell_inside((row, col): (i64, i64), rows: usize, cols: usize) -> Option<Cell> {
@@ -190,7 +241,7 @@ pub fn options_of(
 }
 
 pub fn solved(result: Result<plan::Field, PlanError>) -> PyResult<GridField> {
-    result.map(|field| GridField { inner: Arc::new(field) }).map_err(|e| to_python(&e))
+    result.map(|field| GridField { field: RwLock::new(Arc::new(field)) }).map_err(|e| to_python(&e))
 }
 
 /// Plans on a bool grid, True free, in integer steps.
@@ -223,7 +274,7 @@ fn plan_costs_f32(
     let grid = laid(&costs, place);
     let goals = cells_of(goals, &grid.geometry)?;
     let options = options_of(&grid.geometry, corner_cutting, false, means)?;
-    solved(py.detach(|| plan::plan_costs_f32(&grid, &goals, &options)))
+    solved(py.detach(|| plan::plan_costs_f32(grid, &goals, &options)))
 }
 
 /// Plans on a float64 grid of costs.
@@ -239,7 +290,7 @@ fn plan_costs_f64(
     let grid = laid(&costs, place);
     let goals = cells_of(goals, &grid.geometry)?;
     let options = options_of(&grid.geometry, corner_cutting, false, means)?;
-    solved(py.detach(|| plan::plan_costs_f64(&grid, &goals, &options)))
+    solved(py.detach(|| plan::plan_costs_f64(grid, &goals, &options)))
 }
 
 /// The instruction sets that the solver has code for and this processor has, the widest first.

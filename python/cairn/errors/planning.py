@@ -90,6 +90,41 @@ class NoThreads(CairnError):
     """Zero threads were asked for."""
 
 
+class CellOutsideGrid(CairnError):
+    """A cell to be changed is not in the grid."""
+
+    row: int
+    col: int
+    rows: int
+    cols: int
+
+
+class CellsMalformed(CairnError):
+    """Cells are no array of pairs of whole numbers."""
+
+    value: Any
+
+
+class UpdateCostsMalformed(CairnError):
+    """New costs are no bools or real numbers, one for each cell."""
+
+    shape: tuple[int, ...]
+    dtype: str
+
+
+class UpdateLengthMismatch(CairnError):
+    """There are not as many new costs as cells to be changed."""
+
+    cells: int
+    costs: int
+
+
+class FieldNotUpdatable(CairnError):
+    """A field cannot take the change asked for."""
+
+    reason: str
+
+
 class SimdNotAvailable(CairnError):
     """Instructions were asked for that this processor does not have."""
 

@@ -140,11 +140,13 @@ impl Planner<'_> {
         goals: Vec<Point2>,
         cells: &[Cell],
     ) -> Result<WorldField, Refusal> {
-        let field = plan_costs_f32(&costs, cells, &PlanOptions::default()).map_err(|_| Refusal::NoPath)?;
+        let costs = Arc::new(costs);
+        let field =
+            plan_costs_f32(costs.clone(), cells, &PlanOptions::default()).map_err(|_| Refusal::NoPath)?;
         let occupied = occupancy.values.iter().map(|&seen| seen == Occupancy::Occupied).collect();
         Ok(WorldField {
             field: Arc::new(field),
-            costs: Arc::new(costs),
+            costs,
             occupied: Arc::new(Grid::new(occupancy.geometry, occupied)),
             goals,
         })

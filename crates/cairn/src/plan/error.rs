@@ -304,6 +304,32 @@ pub enum PlanError {
     /// Zero threads were asked for.
     #[error("threads = 0: give at least 1, or none to let the solver choose")]
     NoThreads,
+    /// A cell to be changed is not in the grid.
+    #[error("cell ({row}, {col}) is outside the grid of {rows} x {cols} cells")]
+    CellOutsideGrid {
+        /// Row given.
+        row: i64,
+        /// Column given.
+        col: i64,
+        /// Number of rows.
+        rows: usize,
+        /// Number of columns.
+        cols: usize,
+    },
+    /// There are not as many new costs as cells to be changed.
+    #[error("{costs} costs for {cells} cells; give one cost for each cell")]
+    UpdateLengthMismatch {
+        /// Number of cells.
+        cells: usize,
+        /// Number of costs.
+        costs: usize,
+    },
+    /// A field cannot take the change asked for.
+    #[error("this field cannot be updated: {reason}")]
+    FieldNotUpdatable {
+        /// Why not, and what can be done.
+        reason: &'static str,
+    },
     /// Instructions were asked for that this processor does not have.
     #[error("simd = {simd}: this processor does not have it; the widest it has is {widest}")]
     SimdNotAvailable {

@@ -1,4 +1,5 @@
 use super::moves::MOVES;
+use super::update::{Basis, Workshop};
 use super::{Cost, PlanError};
 use crate::geometry::Point2;
 use crate::world::{Cell, GridGeometry};
@@ -22,14 +23,29 @@ pub enum Values {
 /// cell on it [Maalouf06 §3.2: C⁺ and the pointer p].
 ///
 /// A robot knocked off its path goes on from wherever it is, and any number of robots share it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Field {
-    geometry: GridGeometry,
-    goals: Vec<Cell>,
-    values: Values,
+    pub(super) geometry: GridGeometry,
+    pub(super) goals: Vec<Cell>,
+    pub(super) values: Values,
     /// Native cost of one straight step through cells of unit cost.
     unit: f64,
-    next_codes: Vec<i8>,
+    pub(super) next_codes: Vec<i8>,
+    /// What it was solved on.
+    pub(super) basis: Basis,
+    /// What [`update`](Self::update) works with.
+    pub(super) planner: Workshop,
+}
+
+/// Fields are equal if they say the same of the same grid, whatever they keep for repair.
+impl PartialEq for Field {
+    fn eq(&self, other: &Self) -> bool {
+        self.geometry == other.geometry
+            && self.goals == other.goals
+            && self.unit == other.unit
+            && self.next_codes == other.next_codes
+            && self.values == other.values
+    }
 }
 
 /// A number type a field can be held in.
@@ -66,12 +82,18 @@ impl Field {
         unit: f64,
         next_codes: Vec<i8>,
     ) -> Self {
-        Self { geometry, goals: goals.to_vec(), values: C::wrap(values), unit, next_codes }
+        let (basis, planner) = (Basis::None, Workshop::default());
+        Self { geometry, goals: goals.to_vec(), values: C::wrap(values), unit, next_codes, basis, planner }
+    }
+
+    /// With what it was solved on.
+    pub(super) fn on(self, basis: Basis) -> Self {
+        Self { basis, ..self }
     }
 
     /// Its arrays, for reuse.
-    pub(super) fn into_arrays(self) -> (Values, Vec<i8>) {
-        (self.values, self.next_codes)
+    pub(super) fn into_arrays(self) -> (Values, Vec<i8>, Basis) {
+        (self.values, self.next_codes, self.basis)
     }
 
     /// Shape and place of the grid.

@@ -16,6 +16,7 @@ mod sight;
 mod solve;
 pub mod terrain;
 mod tiles;
+mod update;
 
 pub use any_angle::{Crossed, shortened};
 pub use cost::Cost;
@@ -26,6 +27,7 @@ pub use graph::{Graph, graph_of_costs_f32, graph_of_costs_f64, graph_of_free};
 pub use layered::{Engine, LayeredOptions, LayeredPlan, Schedule, plan_layered, trace_layered};
 pub use moves::MOVES;
 pub use sight::{Ground, Sight, Toll, Vertex};
-pub use solve::{GridPlanner, PlanOptions, Steps, plan_costs_f32, plan_costs_f64, plan_free};
+pub use solve::{GridPlanner, PlanOptions, ShareGrid, Steps, plan_costs_f32, plan_costs_f64, plan_free};
 pub use terrain::{DirectionWeights, TerrainModel, plan_terrain, plan_weights_f32, plan_weights_u32};
 pub use tiles::Simd;
+pub use update::{NewCosts, Update};

@@ -8,12 +8,15 @@
 //! T(√2/2) for a diagonal move: the sum is rounded, then the product; one rounded add per link,
 //! summed from the goal outwards; no fused operations.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::field::Native;
 use super::moves::Moves;
 use super::policy::policy;
 use super::tiles::{CellNumber, FreeBits, FreeGrid, MeanGrid, Room, Simd, Solved, Task, TileCost, solve};
+use super::update::{Basis, CostBasis, HasBasis};
 use super::{Field, PlanError, Values};
 use crate::world::{Cell, Grid, GridGeometry};
 
@@ -76,7 +79,13 @@ pub fn plan_free(free: &Grid<bool>, goals: &[Cell], options: &PlanOptions) -> Re
 /// [`CellCostZero`](PlanError::CellCostZero), each with the first such cell;
 /// [`LinkCostAbsorbed`](PlanError::LinkCostAbsorbed) and [`CostToGoOverflow`](PlanError::CostToGoOverflow)
 /// where costs differ too much in size for the precision.
-pub fn plan_costs_f32(costs: &Grid<f32>, goals: &[Cell], options: &PlanOptions) -> Result<Field, PlanError> {
+///
+/// The field keeps the grid, for [`Field::update`]; a borrowed one is copied.
+pub fn plan_costs_f32(
+    costs: impl ShareGrid<f32>,
+    goals: &[Cell],
+    options: &PlanOptions,
+) -> Result<Field, PlanError> {
     GridPlanner::default().plan_costs_f32(costs, goals, options)
 }
 
@@ -84,8 +93,34 @@ pub fn plan_costs_f32(costs: &Grid<f32>, goals: &[Cell], options: &PlanOptions) 
 ///
 /// # Errors
 /// As [`plan_costs_f32`].
-pub fn plan_costs_f64(costs: &Grid<f64>, goals: &[Cell], options: &PlanOptions) -> Result<Field, PlanError> {
+pub fn plan_costs_f64(
+    costs: impl ShareGrid<f64>,
+    goals: &[Cell],
+    options: &PlanOptions,
+) -> Result<Field, PlanError> {
     GridPlanner::default().plan_costs_f64(costs, goals, options)
+}
+
+/// A grid to be kept: borrowed (then it is copied), given away, or shared.
+pub trait ShareGrid<T> {
+    /// The grid, shared.
+    fn share(self) -> Arc<Grid<T>>;
+}
+
+impl<T: Clone> ShareGrid<T> for &Grid<T> {
+    fn share(self) -> Arc<Grid<T>> {
+        Arc::new(self.clone())
+    }
+}
+impl<T> ShareGrid<T> for Grid<T> {
+    fn share(self) -> Arc<Grid<T>> {
+        Arc::new(self)
+    }
+}
+impl<T> ShareGrid<T> for Arc<Grid<T>> {
+    fn share(self) -> Arc<Grid<T>> {
+        self
+    }
 }
 
 /// Plans on grids one after the other with the same memory.
@@ -94,11 +129,11 @@ pub fn plan_costs_f64(costs: &Grid<f64>, goals: &[Cell], options: &PlanOptions) 
 /// no larger grids do not, and not for their own arrays either if old fields are given back.
 #[derive(Debug, Default)]
 pub struct GridPlanner {
-    free: FreeBits,
+    pub(super) free: FreeBits,
     pub(super) in_u32: Desk<u32>,
     pub(super) in_u64: Desk<u64>,
     pub(super) in_f32: Desk<f32>,
-    in_f64: Desk<f64>,
+    pub(super) in_f64: Desk<f64>,
     pub(super) codes: Vec<i8>,
 }
 
@@ -121,21 +156,34 @@ impl GridPlanner {
         options: &PlanOptions,
     ) -> Result<Field, PlanError> {
         let GridGeometry { rows, cols, .. } = free.geometry;
-        let goal_indices = checked_goals(&free.geometry, goals, options, |index| free.values[index])?;
-        self.free.pack(rows, cols, &free.values);
+        checked_goals(&free.geometry, goals, options, |index| free.values[index])?;
+        let mut bits = std::mem::take(&mut self.free);
+        bits.pack(rows, cols, &free.values);
+        Ok(self.plan_bits(bits, free.geometry, goals, options))
+    }
+
+    /// The field of free cells, where goals and options were found right.
+    pub(super) fn plan_bits(
+        &mut self,
+        bits: FreeBits,
+        geometry: GridGeometry,
+        goals: &[Cell],
+        options: &PlanOptions,
+    ) -> Field {
+        let indices = goal_indices(&geometry, goals);
         let (straight, diagonal) = options.steps.lengths();
         let unit = f64::from(straight);
-        let task = task(&free.geometry, &goal_indices, options);
-        let bits = &self.free;
-        if let Some(solved) =
-            in_steps(&mut self.in_u32, &mut self.codes, bits, [straight, diagonal], &task, options)
-        {
-            return Ok(Field::new(free.geometry, goals, solved.values, unit, solved.codes));
+        let task = task(&geometry, &indices, options);
+        let narrow = in_steps(&mut self.in_u32, &mut self.codes, &bits, [straight, diagonal], &task, options);
+        if let Some(solved) = narrow {
+            let basis = Basis::Free { bits, options: options.clone(), work: solved.work };
+            return Field::new(geometry, goals, solved.values, unit, solved.codes).on(basis);
         }
         let steps = [u64::from(straight), u64::from(diagonal)];
-        let solved = in_steps(&mut self.in_u64, &mut self.codes, bits, steps, &task, options)
+        let solved = in_steps(&mut self.in_u64, &mut self.codes, &bits, steps, &task, options)
             .expect("2^32 cells of 2^11 steps fit in u64");
-        Ok(Field::new(free.geometry, goals, solved.values, unit, solved.codes))
+        let basis = Basis::Free { bits, options: options.clone(), work: solved.work };
+        Field::new(geometry, goals, solved.values, unit, solved.codes).on(basis)
     }
 
     /// As the function [`plan_costs_f32`].
@@ -144,11 +192,11 @@ impl GridPlanner {
     /// As [`plan_costs_f32`].
     pub fn plan_costs_f32(
         &mut self,
-        costs: &Grid<f32>,
+        costs: impl ShareGrid<f32>,
         goals: &[Cell],
         options: &PlanOptions,
     ) -> Result<Field, PlanError> {
-        plan_costs(&mut self.in_f32, &mut self.codes, costs, goals, options)
+        plan_costs(&mut self.in_f32, &mut self.codes, costs.share(), goals, options)
     }
 
     /// As the function [`plan_costs_f64`].
@@ -157,16 +205,24 @@ impl GridPlanner {
     /// As [`plan_costs_f32`].
     pub fn plan_costs_f64(
         &mut self,
-        costs: &Grid<f64>,
+        costs: impl ShareGrid<f64>,
         goals: &[Cell],
         options: &PlanOptions,
     ) -> Result<Field, PlanError> {
-        plan_costs(&mut self.in_f64, &mut self.codes, costs, goals, options)
+        plan_costs(&mut self.in_f64, &mut self.codes, costs.share(), goals, options)
     }
 
     /// Takes a field's arrays for the next one.
     pub fn recycle(&mut self, field: Field) {
-        let (values, codes) = field.into_arrays();
+        let (values, codes, basis) = field.into_arrays();
+        self.keep_arrays(values, codes);
+        if let Basis::Free { bits, .. } = basis {
+            self.free = bits;
+        }
+    }
+
+    /// Keeps arrays for the next field.
+    pub(super) fn keep_arrays(&mut self, values: Values, codes: Vec<i8>) {
         match values {
             Values::U32(values) => self.in_u32.values = values,
             Values::U64(values) => self.in_u64.values = values,
@@ -222,14 +278,14 @@ fn in_steps<T: TileCost>(
     None
 }
 
-fn plan_costs<T: CellNumber + Native>(
+pub(super) fn plan_costs<T: CellNumber + Native + HasBasis>(
     desk: &mut Desk<T>,
     codes: &mut Vec<i8>,
-    costs: &Grid<T>,
+    costs: Arc<Grid<T>>,
     goals: &[Cell],
     options: &PlanOptions,
 ) -> Result<Field, PlanError> {
-    let [least, most] = checked_costs(costs)?;
+    let [least, most] = checked_costs(&costs)?;
     let free = |index: usize| costs.values[index] < T::UNREACHABLE;
     let goal_indices = checked_goals(&costs.geometry, goals, options, free)?;
     let GridGeometry { rows, cols, .. } = costs.geometry;
@@ -242,12 +298,9 @@ fn plan_costs<T: CellNumber + Native>(
         let links = MeanGrid::<T, false> { costs: &costs.values, rows, cols };
         solve(&mut desk.room, &links, &task, values, spare)
     };
-    // If the cheapest link adds to the largest cost-to-go, every link adds to every one; and if the
-    // dearest link still fits, nothing became infinite on the way.
-    let adds = solved.largest.sum(least.link(least, false)) > solved.largest;
-    let fits = solved.largest.sum(most.link(most, true)) < T::UNREACHABLE;
     let mut codes = solved.codes;
-    if !(adds && fits) {
+    let safe = is_safe(solved.largest, [least, most]);
+    if !safe {
         let free: Vec<bool> = (0..costs.values.len()).map(free).collect();
         let moves = Moves::new(&costs.geometry, &free, options.corner_cutting);
         let link =
@@ -255,7 +308,16 @@ fn plan_costs<T: CellNumber + Native>(
         let most = task.start.map_or(T::UNREACHABLE, |start| solved.values[start as usize]);
         codes = policy(&costs.geometry, &moves, &goal_indices, &solved.values, most, link)?;
     }
-    Ok(Field::new(costs.geometry, goals, solved.values, 1.0, codes))
+    let (geometry, work) = (costs.geometry, solved.work);
+    let basis = T::basis(CostBasis { costs, options: options.clone(), range: [least, most], safe, work });
+    Ok(Field::new(geometry, goals, solved.values, 1.0, codes).on(basis))
+}
+
+/// Whether no sum on the way to costs-to-go up to `largest` lost a link or went beyond the type: if the
+/// cheapest link adds to the largest, every link adds to every one, and if the dearest link still fits,
+/// nothing became infinite.
+pub(super) fn is_safe<T: CellNumber>(largest: T, [least, most]: [T; 2]) -> bool {
+    largest.sum(least.link(least, false)) > largest && largest.sum(most.link(most, true)) < T::UNREACHABLE
 }
 
 /// The least and the largest finite cost of a grid; refuses what is no cost.
@@ -332,6 +394,11 @@ pub(super) fn checked_goals(
     indices.sort_unstable();
     indices.dedup();
     Ok(indices)
+}
+
+/// The row-major indices of goals that were checked.
+fn goal_indices(geometry: &GridGeometry, goals: &[Cell]) -> Vec<u32> {
+    goals.iter().map(|&goal| geometry.index(goal) as u32).collect()
 }
 
 #[cfg(test)]

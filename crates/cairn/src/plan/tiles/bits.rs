@@ -56,7 +56,19 @@ impl FreeBits {
         cols[SIDE + 1] = if tile_col + 1 < self.tile_cols { self.along_cols[base + SIDE] } else { 0 };
     }
 
+    /// Makes a cell free, or not.
+    pub fn set(&mut self, row: usize, col: usize, free: bool) {
+        let words = (row / SIDE * self.tile_cols + col / SIDE) * SIDE;
+        for (word, bit) in [
+            (&mut self.along_rows[words + row % SIDE], 1_u64 << (col % SIDE)),
+            (&mut self.along_cols[words + col % SIDE], 1_u64 << (row % SIDE)),
+        ] {
+            *word = if free { *word | bit } else { *word & !bit };
+        }
+    }
+
     /// Whether a cell is free; false outside.
+    #[inline]
     pub fn is_free(&self, row: usize, col: usize) -> bool {
         let (tile_row, tile_col) = (row / SIDE, col / SIDE);
         tile_row < self.tile_rows

@@ -57,14 +57,20 @@ impl<T: TileCost> Default for Board<T> {
 }
 
 impl<T: TileCost> Board<T> {
-    /// Makes room for a grid of `rows` × `cols` cells, nothing offered.
+    /// Makes room for a grid of so many tiles, nothing offered.
     pub fn reset(&mut self, tile_rows: usize, tile_cols: usize) {
+        self.make_room(tile_rows, tile_cols);
+        self.borders.clear();
+        self.borders.resize(tile_rows * tile_cols * BORDER, T::FAR);
+    }
+
+    /// Makes room for a grid of so many tiles; their border records hold anything.
+    pub fn make_room(&mut self, tile_rows: usize, tile_cols: usize) {
         let tiles = tile_rows * tile_cols;
         (self.tile_rows, self.tile_cols) = (tile_rows, tile_cols);
-        self.numbers.reserve_exact((tiles * STRIDE + CELLS).saturating_sub(self.numbers.len()));
+        self.numbers.reserve_exact(tiles * STRIDE + CELLS); // these stay empty: only the room is used
         self.aligned = self.numbers.as_ptr().align_offset(64);
-        self.borders.clear();
-        self.borders.resize(tiles * BORDER, T::FAR);
+        self.borders.reserve_exact((tiles * BORDER).saturating_sub(self.borders.len()));
     }
 
     /// The numbers of a tile, row by row, once it was visited.

@@ -164,7 +164,7 @@ where
         self.fill::<7>(tile, desk);
     }
 
-    fn cost<const CODE: usize>(&self, row: usize, col: usize) -> T {
+    fn cost_of<const CODE: usize>(&self, row: usize, col: usize) -> T {
         let mut cost = [N::UNREACHABLE];
         self.rows.row_costs::<CODE>(row, col, &mut cost);
         let [cost] = cost;
@@ -215,10 +215,23 @@ where
         let row = if down { row + SIDE } else { row - 1 }; // the tile beyond exists
         let col = if right { col + SIDE } else { col - 1 };
         match (down, right) {
-            (true, true) => self.cost::<5>(row, col),
-            (true, false) => self.cost::<7>(row, col),
-            (false, true) => self.cost::<3>(row, col),
-            (false, false) => self.cost::<1>(row, col),
+            (true, true) => self.cost_of::<5>(row, col),
+            (true, false) => self.cost_of::<7>(row, col),
+            (false, true) => self.cost_of::<3>(row, col),
+            (false, false) => self.cost_of::<1>(row, col),
+        }
+    }
+
+    fn cost(&self, row: usize, col: usize, code: usize) -> T {
+        match code {
+            0 => self.cost_of::<0>(row, col),
+            1 => self.cost_of::<1>(row, col),
+            2 => self.cost_of::<2>(row, col),
+            3 => self.cost_of::<3>(row, col),
+            4 => self.cost_of::<4>(row, col),
+            5 => self.cost_of::<5>(row, col),
+            6 => self.cost_of::<6>(row, col),
+            _ => self.cost_of::<7>(row, col),
         }
     }
 

@@ -49,7 +49,7 @@ impl<T: Cost> Patch<T> {
 /// Numbers above `most` count as no way: they are not final when the solver stopped early.
 ///
 /// # Safety
-/// The tile was visited and nobody changes it or its neighbours; the sheet has room for the grid; the
+/// The tile was visited and nobody changes it or its neighbours' records; the sheet has room for the grid; the
 /// level of `L` is enabled.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
@@ -57,7 +57,6 @@ pub unsafe fn finish<L: Lanes, K: Links<Number = L::Number>>(
     board: &Board<L::Number>,
     links: &K,
     tile: usize,
-    visited: &[bool],
     most: L::Number,
     desk: &mut K::Desk<L>,
     patch: &mut Patch<L::Number>,
@@ -93,21 +92,21 @@ pub unsafe fn finish<L: Lanes, K: Links<Number = L::Number>>(
     };
     let (west, east) = (column(-1, Side::East), column(1, Side::West));
     let far_line: Line<L> = [L::splat(far); VECTORS];
-    let tile_beyond = |down: isize| board.beside(tile, down, 0).filter(|&other| visited[other]);
+    let beyond = |down: isize| board.beside(tile, down, 0);
 
     let values = board.tile(tile);
     let (most, far, unreachable) = (L::splat(most), L::splat(far), L::splat(L::Number::UNREACHABLE));
     let zero = L::splat(L::Number::ZERO);
     let mut largest = zero;
-    let mut above = match tile_beyond(-1) {
-        Some(other) => unsafe { load_line::<L>(board.tile(other), SIDE - 1) },
+    let mut above = match beyond(-1) {
+        Some(other) => unsafe { load_line::<L>(board.border(other, Side::South), 0) },
         None => far_line,
     };
     let mut here = unsafe { load_line::<L>(values, 0) };
     for row in 0..rows {
-        let below = match tile_beyond(1) {
+        let below = match beyond(1) {
             _ if row + 1 < SIDE => unsafe { load_line::<L>(values, row + 1) },
-            Some(other) => unsafe { load_line::<L>(board.tile(other), 0) },
+            Some(other) => unsafe { load_line::<L>(board.border(other, Side::North), 0) },
             None => far_line,
         };
         for k in 0..VECTORS {

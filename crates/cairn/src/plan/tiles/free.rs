@@ -6,6 +6,7 @@ use super::finish::Around;
 use super::lanes::{LANES, Lanes, TileCost};
 use super::sweep::{Dirty, FreeLinks, Marks, OpenLinks, settle};
 use super::visit::Links;
+use crate::plan::moves::MOVES;
 
 /// The links of a free grid.
 pub struct FreeGrid<'a, T, const CUT: bool> {
@@ -74,6 +75,18 @@ impl<T: TileCost, const CUT: bool> Links for FreeGrid<'_, T, CUT> {
         let (row_beyond, col_beyond) = (step(row, down), step(col, right));
         let sides = CUT || self.free.is_free(row, col_beyond) && self.free.is_free(row_beyond, col);
         if sides && self.free.is_free(row_beyond, col_beyond) { self.diagonal } else { T::FAR }
+    }
+
+    fn cost(&self, row: usize, col: usize, code: usize) -> T {
+        let (down, right) = MOVES[code];
+        let (to_row, to_col) = (row.wrapping_add_signed(down), col.wrapping_add_signed(right));
+        let free = |row: usize, col: usize| self.free.is_free(row, col);
+        let aslant = code % 2 == 1;
+        let passes = !aslant || CUT || free(row, to_col) && free(to_row, col);
+        if !(passes && free(row, col) && free(to_row, to_col)) {
+            return T::FAR;
+        }
+        if aslant { self.diagonal } else { self.straight }
     }
 
     #[inline(always)]

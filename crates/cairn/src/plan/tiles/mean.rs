@@ -8,6 +8,7 @@ use super::finish::Around;
 use super::lanes::{LANES, Lanes, TileCost};
 use super::sweep::{Line, LineLinks, VECTORS};
 use super::visit::Links;
+use crate::plan::moves::MOVES;
 
 /// Numbers from one line of costs to the next: a tile's width and a vector of margin on both sides.
 const PITCH: usize = SIDE + 2 * LANES;
@@ -47,7 +48,7 @@ pub struct MeanGrid<'a, T, const CUT: bool> {
 }
 
 impl<T: CellNumber, const CUT: bool> MeanGrid<'_, T, CUT> {
-    fn cost(&self, row: isize, col: isize) -> T {
+    fn at(&self, row: isize, col: isize) -> T {
         let inside = (0..self.rows as isize).contains(&row) && (0..self.cols as isize).contains(&col);
         if inside { self.costs[row as usize * self.cols + col as usize] } else { T::FAR }
     }
@@ -232,8 +233,17 @@ impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
         let (beyond_row, beyond_col) =
             (if down { row + 1 } else { row - 1 }, if right { col + 1 } else { col - 1 });
         let far = T::FAR;
-        let sides = CUT || self.cost(row, beyond_col) < far && self.cost(beyond_row, col) < far;
-        if sides { self.cost(row, col).link(self.cost(beyond_row, beyond_col), true) } else { far }
+        let sides = CUT || self.at(row, beyond_col) < far && self.at(beyond_row, col) < far;
+        if sides { self.at(row, col).link(self.at(beyond_row, beyond_col), true) } else { far }
+    }
+
+    fn cost(&self, row: usize, col: usize, code: usize) -> T {
+        let (down, right) = MOVES[code];
+        let (row, col) = (row as isize, col as isize);
+        let aslant = code % 2 == 1;
+        let passes =
+            !aslant || CUT || self.at(row, col + right) < T::FAR && self.at(row + down, col) < T::FAR;
+        if passes { self.at(row, col).link(self.at(row + down, col + right), aslant) } else { T::FAR }
     }
 
     #[inline(always)]

@@ -23,6 +23,7 @@ mod plain;
 mod queue;
 #[cfg(target_arch = "x86_64")]
 mod registers;
+mod repair;
 mod run;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
@@ -35,6 +36,7 @@ pub use free::FreeGrid;
 pub use lanes::TileCost;
 pub use level::Simd;
 pub use mean::{CellNumber, MeanGrid};
+pub use repair::{Repair, Repaired, repair};
 pub use run::{Room, Solved, Task, solve};
 pub use visit::Links;
 

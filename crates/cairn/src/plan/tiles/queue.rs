@@ -20,6 +20,8 @@ pub struct Queue<T: TileCost> {
     in_flight: Vec<(u32, T::Key)>,
     deferred: Vec<(T::Key, u32)>,
     tile_cols: usize,
+    /// Visits so far.
+    pub visits: usize,
 }
 
 /// What there is to do.
@@ -51,6 +53,7 @@ impl<T: TileCost> Default for Queue<T> {
             in_flight: Vec::new(),
             deferred: Vec::new(),
             tile_cols: 1,
+            visits: 0,
         }
     }
 }
@@ -66,6 +69,7 @@ impl<T: TileCost> Queue<T> {
         self.visited.resize(tiles, false);
         self.in_flight.clear();
         self.tile_cols = tile_cols;
+        self.visits = 0;
     }
 
     /// A tile was offered something.
@@ -113,6 +117,7 @@ impl<T: TileCost> Queue<T> {
         *waiting = None;
         let news = std::mem::take(news);
         self.in_flight.push((tile, key));
+        self.visits += 1;
         let tile = tile as usize;
         Next::Visit { tile, news, first: !std::mem::replace(&mut self.visited[tile], true) }
     }

@@ -10,6 +10,7 @@ use super::finish::{Patch, Sheet, finish, leave_out};
 use super::lanes::{Lanes, TileCost};
 use super::level::{Job, Simd, at_level};
 use super::queue::{Next, Queue};
+use super::repair::RepairRoom;
 use super::sweep::CELLS;
 use super::visit::{Links, Turned, Wakes, visit};
 use crate::plan::Cost;
@@ -17,8 +18,9 @@ use crate::plan::Cost;
 /// What a solver of one number type works with, kept from one field to the next.
 #[derive(Debug, Default)]
 pub struct Room<T: TileCost> {
-    board: Board<T>,
-    queue: Queue<T>,
+    pub(super) board: Board<T>,
+    pub(super) queue: Queue<T>,
+    pub(super) repair: RepairRoom,
 }
 
 /// A grid to be solved.
@@ -45,6 +47,8 @@ pub struct Solved<T> {
     pub codes: Vec<i8>,
     /// The largest cost-to-go of a cell that has one.
     pub largest: T,
+    /// Visits to tiles, and tiles written out.
+    pub work: usize,
 }
 
 /// Solves a grid with links `links`; `values` and `codes` are buffers to write to, of any length.
@@ -60,7 +64,7 @@ pub fn solve<K: Links>(
         let (row, col) = (cell as usize / task.cols, cell as usize % task.cols);
         (row / SIDE * tile_cols + col / SIDE, row % SIDE * SIDE + col % SIDE)
     };
-    let Room { board, queue } = room;
+    let Room { board, queue, .. } = room;
     board.reset(tile_rows, tile_cols);
     queue.reset(tile_rows, tile_cols);
     for &goal in task.goals {
@@ -119,7 +123,7 @@ fn write<K: Links>(
         codes.set_len(cells);
     }
     let largest = largest.into_inner().unwrap_or_else(PoisonError::into_inner);
-    Solved { values, codes, largest }
+    Solved { values, codes, largest, work: queue.visits + queue.visited.len() }
 }
 
 /// Visits until there is nothing to do; several threads may do this at once.
@@ -191,9 +195,8 @@ impl<K: Links> Job for Write<'_, K> {
         for tile in tiles {
             if visited[tile] {
                 // SAFETY: the visits have ended; threads write to different rows of the sheet.
-                let of_tile = unsafe {
-                    finish::<L, K>(board, links, tile, visited, most, &mut desk, &mut patch, sheet)
-                };
+                let of_tile =
+                    unsafe { finish::<L, K>(board, links, tile, most, &mut desk, &mut patch, sheet) };
                 largest = if of_tile > largest { of_tile } else { largest };
             } else {
                 // SAFETY: as above.

@@ -39,6 +39,8 @@ pub trait Links: Sync {
     /// Cost of the link into the tile diagonally across a corner of `tile`, from its corner cell:
     /// toward higher rows (`down`), toward higher columns (`right`). FAR if there is none.
     fn corner(&self, tile: usize, down: bool, right: bool) -> Self::Number;
+    /// Cost of the move with a code out of a cell; FAR if there is none.
+    fn cost(&self, row: usize, col: usize, code: usize) -> Self::Number;
     /// Lays out what [`on_the_way`](Self::on_the_way) needs of a tile.
     fn lay_out_policy<L: Lanes<Number = Self::Number>>(&self, tile: usize, desk: &mut Self::Desk<L>);
     /// For each code of a move: which of sixteen cells, number `k * LANES` and on of a row of the tile
