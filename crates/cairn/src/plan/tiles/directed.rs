@@ -43,6 +43,12 @@ impl<T: TileCost> DirectedLinks<T> {
     fn new() -> Self {
         Self { planes: std::array::from_fn(|_| Plane::new()) }
     }
+
+    /// Sixteen numbers of a plane, which holds them.
+    #[inline(always)]
+    unsafe fn load<L: Lanes<Number = T>>(&self, plane: usize, at: usize) -> L {
+        unsafe { L::load(self.planes[plane].0.as_ptr().add(at)) }
+    }
 }
 
 impl<L: Lanes> LineLinks<L> for DirectedLinks<L::Number> {
@@ -54,10 +60,11 @@ impl<L: Lanes> LineLinks<L> for DirectedLinks<L::Number> {
         for k in 0..VECTORS {
             let at = to * PITCH + (k + 1) * LANES;
             // SAFETY: every plane holds LINES lines of PITCH numbers.
-            let cost = |plane: usize| unsafe { L::load(self.planes[first + plane].0.as_ptr().add(at)) };
-            let left = before[k].after(if k > 0 { before[k - 1] } else { far }).plus(cost(1));
-            let right = before[k].ahead(if k + 1 < VECTORS { before[k + 1] } else { far }).plus(cost(2));
-            let offered = before[k].plus(cost(0)).min(left.min(right));
+            let (straight, from_left, from_right): (L, L, L) =
+                unsafe { (self.load(first, at), self.load(first + 1, at), self.load(first + 2, at)) };
+            let left = before[k].after(if k > 0 { before[k - 1] } else { far }).plus(from_left);
+            let right = before[k].ahead(if k + 1 < VECTORS { before[k + 1] } else { far }).plus(from_right);
+            let offered = before[k].plus(straight).min(left.min(right));
             changed |= u64::from(offered.less(line[k])) << (k * LANES);
             line[k] = line[k].min(offered);
         }

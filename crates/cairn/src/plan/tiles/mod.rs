@@ -16,9 +16,11 @@ mod directed;
 mod finish;
 mod free;
 mod lanes;
+#[cfg(test)]
+mod lanes_tests;
 mod level;
 mod mean;
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(any(test, not(target_arch = "x86_64")))]
 mod plain;
 mod queue;
 #[cfg(target_arch = "x86_64")]
