@@ -257,10 +257,10 @@ where
     ) -> [u16; 8] {
         let at = (row + 1) * PITCH + (k + 1) * LANES;
         let mut masks = [0; 8];
-        for code in 0..8 {
+        for (code, mask) in masks.iter_mut().enumerate() {
             // SAFETY: every plane holds LINES lines of PITCH numbers.
             let cost = unsafe { L::load(desk.plane(code).0.as_ptr().add(at)) };
-            masks[code] = around.there[code].plus(cost).equal(around.here);
+            *mask = around.there[code].plus(cost).equal(around.here);
         }
         masks
     }
