@@ -322,3 +322,24 @@ def test_graphs_are_planned_as_scipy_plans_them(command):
 @pytest.mark.parametrize("options", [("--graphs", "tree"), ("--nodes", "many")])
 def test_a_graph_that_is_not_known_is_a_usage_error(command, options):
     assert command("bench", "graph", *options)[0] == 2
+
+
+# ---- repair ---
+
+
+def test_repaired_fields_are_those_solved_anew(command):
+    code, said, _ = command("bench", "repair", "--size", "96", "--places", "4", "--json")
+    assert code == 0
+    record = json.loads(said)
+    assert record["summary"]["agree"] is True
+    assert record["summary"]["changes"] == 8 * record["summary"]["maps"]
+    assert record["maps"][0]["full_ms"]["median"] > 0
+    code, said, _ = command(
+        "bench", "repair", "--size", "64", "--places", "1", "--classes", "open", "--markdown"
+    )
+    assert code == 0
+    assert "local changes" in said
+
+
+def test_a_map_that_is_not_repaired_is_a_usage_error(command):
+    assert command("bench", "repair", "--classes", "real-terrain")[0] == 2

@@ -510,6 +510,9 @@ class TimedSolver:
     def run(self) -> float:
         """Solve; return how long it took [s]."""
 
+    def update(self, cells: list[tuple[int, int]], new: NDArray[Any]) -> tuple[float, bool]:
+        """Change cells of the last run's field: (how long it took [s], solved anew after all)."""
+
     def native(self) -> NDArray[Any]:
         """Return a copy of the costs-to-go of the last run."""
 

@@ -10,9 +10,9 @@ use cairn::plan::peers::{
     Buckets, CellPrice, FreeLinks, Heap, MeanLinks, Peer, Queue, SlopeLinks, slope_range,
 };
 use cairn::plan::terrain::{AnyTerrainLinks, LinkCost, TerrainLinks, TerrainModel};
-use cairn::plan::{Field, GridPlanner, MOVES, PlanError, PlanOptions, Values};
+use cairn::plan::{Field, GridPlanner, MOVES, NewCosts, PlanError, PlanOptions, Update, Values};
 use cairn::world::{Cell, Grid, GridGeometry, perfect_maze};
-use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::convert::grid_of;
@@ -34,7 +34,22 @@ enum Map<'py> {
 trait Timed: Send + Sync {
     fn run(&mut self, goals: &[Cell], options: &PlanOptions) -> Result<(), PlanError>;
     fn field(&self) -> (Native<'_>, &[i8]);
+    /// Changes cells of the field that was found last; None if it cannot.
+    fn update(&mut self, cells: &[Cell], new: &Changed<'_>) -> Option<Result<Update, PlanError>> {
+        let _ = (cells, new);
+        None
+    }
 }
+
+/// New values of cells, in their kind.
+#[derive(FromPyObject)]
+enum Changed<'py> {
+    Free(PyReadonlyArray1<'py, bool>),
+    Costs(PyReadonlyArray1<'py, f32>),
+}
+
+/// The share of a full solution's work after which a repair gives up, as in `cairn.Field.update`.
+const GIVE_UP: f64 = 0.1;
 
 /// Costs-to-go in the number type they were found in.
 enum Native<'a> {
@@ -72,6 +87,14 @@ impl<T: Send + Sync> Timed for Cairn<T> {
 
     fn field(&self) -> (Native<'_>, &[i8]) {
         planned(self.field.as_ref())
+    }
+
+    fn update(&mut self, cells: &[Cell], new: &Changed<'_>) -> Option<Result<Update, PlanError>> {
+        let new = match new {
+            Changed::Free(free) => NewCosts::Free(free.as_slice().ok()?),
+            Changed::Costs(costs) => NewCosts::F32(costs.as_slice().ok()?),
+        };
+        Some(self.field.as_mut()?.update(cells, new, GIVE_UP))
     }
 }
 
@@ -338,6 +361,17 @@ impl TimedSolver {
             solver.run(goals, options).map(|()| begin.elapsed().as_secs_f64())
         });
         timed.map_err(|e| to_python(&e))
+    }
+
+    /// Gives cells new values and repairs the field of the last run: how long that took [s], and whether it
+    /// was solved anew after all.
+    fn update(&mut self, cells: Vec<(usize, usize)>, new: Changed<'_>) -> PyResult<(f64, bool)> {
+        let cells: Vec<Cell> = cells.into_iter().map(|(row, col)| Cell::new(row, col)).collect();
+        let begin = Instant::now();
+        let update = self.solver.update(&cells, &new);
+        let took = begin.elapsed().as_secs_f64();
+        let update = update.ok_or_else(|| refused("update"))?.map_err(|e| to_python(&e))?;
+        Ok((took, update.anew))
     }
 
     /// A copy of the costs-to-go of the last run.

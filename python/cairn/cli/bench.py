@@ -195,6 +195,59 @@ def bench_graph(
     raise typer.Exit(0 if record["summary"]["agree"] else EXIT_NOT_REACHED)
 
 
+@bench.command("repair")
+def bench_repair(
+    size: Annotated[str, typer.Option(help="Cells a side, comma-separated.")] = "4096",
+    classes: Annotated[str, typer.Option(help="Kinds of map, comma-separated, or all.")] = "all",
+    places: Annotated[int, typer.Option(min=1, help="Changes of each map.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="Of maps and places.")] = 1,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-repair.")
+    ] = None,
+    markdown: Annotated[
+        bool, typer.Option("--markdown", help="Write its part of BENCHMARKS.md where you are.")
+    ] = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the record, nothing else.")
+    ] = False,
+) -> None:
+    """Repair fields after local changes, against solving anew. Code 3 if answers differ."""
+    from cairn.experiments import bench_repair as measuring
+    from cairn.experiments import bench_report as report
+    from cairn.experiments.machine import describe
+
+    names = _names("--classes", classes, dict.fromkeys(measuring.CLASSES_REPAIRED))
+    sizes = _sizes(size, ())
+    machine, results = describe(), []
+    hidden = as_json or not console.is_terminal
+    with Progress(*_columns(), console=console, transient=True, disable=hidden) as progress:
+        work = progress.add_task("", total=len(names) * sum(each**2 for each in sizes))
+        for result in measuring.measure(
+            names, sizes, places, seed, lambda text: progress.update(work, description=text)
+        ):
+            results.append(result)
+            progress.advance(work, result.size**2)
+    record = plain(
+        {
+            "summary": measuring.summary_of(results),
+            "machine": machine,
+            "maps": [result.to_dict() for result in results],
+        }
+    )
+    files = [write_summary(record, out or Path("runs/bench-repair"))]
+    if markdown:
+        section = report.repairs_section(record, _command())
+        report.written(BENCHMARKS, "cairn bench repair", section)
+        files.append(BENCHMARKS)
+    if as_json:
+        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+    else:
+        _print_rows(report.REPAIR_COLUMNS, [report.repair_row(each) for each in record["maps"]])
+        console.print("\n" + report.repairs_line(record["summary"]))
+        _print_machine(record["machine"], files)
+    raise typer.Exit(0 if record["summary"]["agree"] else EXIT_NOT_REACHED)
+
+
 def _print_maps(record: dict[str, Any], files: list[Path]) -> None:
     from cairn.experiments.bench_report import MAP_COLUMNS, map_row, maps_line
 

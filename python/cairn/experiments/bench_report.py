@@ -116,6 +116,41 @@ def graphs_line(summary: dict[str, Any]) -> str:
     )
 
 
+REPAIR_COLUMNS = (
+    "map", "size", "change", "anew ÷ repair", "there ms", "back ms", "anew ms", "gave up",
+)  # fmt: skip
+
+
+def repairs_section(record: dict[str, Any], command: str) -> str:
+    """What `cairn bench repair` found."""
+    lines = [f"`{command}`", ""]
+    lines += [f"- {line}" for line in machine_lines(record["machine"])]
+    lines += [f"- {repairs_line(record['summary'])}", ""]
+    lines += table(REPAIR_COLUMNS, [repair_row(each) for each in record["maps"]])
+    return "\n".join(lines) + "\n"
+
+
+def repair_row(each: dict[str, Any]) -> list[str]:
+    """One map, as text by `REPAIR_COLUMNS`."""
+    return [
+        each["class"],
+        f"{each['size']}²",
+        each["change"],
+        times(each["ratio"]),
+        *(spread(each[key], "") for key in ("there_ms", "back_ms", "full_ms")),
+        f"{each['solved_anew']} of {each['changes']}",
+    ]
+
+
+def repairs_line(summary: dict[str, Any]) -> str:
+    """What all changes come to."""
+    agree = "every answer equal to the bit" if summary["agree"] else "ANSWERS DIFFER"
+    return (
+        f"{summary['changes']} local changes, {number(summary['median_ms'])} ms in the median; "
+        f"{summary['solved_anew']} solved anew; {agree}"
+    )
+
+
 def table(columns: Sequence[str], rows: list[list[str]]) -> list[str]:
     """Lines of a table, the first column to the left, the others to the right."""
     head = ["| " + " | ".join(columns) + " |", "|---|" + "---:|" * (len(columns) - 1)]

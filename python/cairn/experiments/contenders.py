@@ -108,6 +108,11 @@ class InRust:
         """Solve; timed around the solver alone."""
         return self._timed.run()
 
+    def update(self, block: tuple[slice, slice], new: npt.NDArray[Any]) -> tuple[float, bool]:
+        """Change a block of cells and repair: (how long it took [s], solved anew after all)."""
+        rows, cols = (range(part.start, part.stop) for part in block)
+        return self._timed.update([(row, col) for row in rows for col in cols], new)
+
     def values(self) -> npt.NDArray[Any]:
         """Return a copy of the native field."""
         return self._timed.native()
