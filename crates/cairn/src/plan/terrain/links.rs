@@ -6,7 +6,7 @@ use crate::world::{Grid, GridGeometry};
 
 use super::link::{LinkCost, P3atEnergyLinks, P3atTimeLinks, ToblerLinks};
 use super::model::{TerrainModel, checked_cell_size};
-use super::surface::{allowed_moves, check_elevation, check_roughness, roughness_of};
+use super::surface::{allowed_moves, check_elevation, check_roughness, range, roughness_of};
 
 /// The links of a terrain, ready to be priced on the fly by any engine.
 ///
@@ -48,16 +48,7 @@ impl<M: LinkCost> TerrainLinks<'_, M> {
 
     /// Bounds below and above the costs of allowed moves.
     pub(super) fn extremes(&self) -> [f32; 2] {
-        let (mut lowest, mut highest, mut roughest) = (f32::MAX, f32::MIN, 0.0_f32);
-        for &height in self.elevation {
-            lowest = if height < lowest { height } else { lowest }; // not so for NaN
-            highest = if height > highest { height } else { highest };
-        }
-        for &rough in &*self.roughness {
-            roughest = if rough > roughest { rough } else { roughest };
-        }
-        let rise = (highest - lowest).max(0.0).min(self.steepest);
-        [self.model.least(), self.model.most(rise, roughest)]
+        [self.model.least(), self.model.most(self.steepest, range(&self.roughness)[1].max(0.0))]
     }
 
     /// Cost of an allowed move.
@@ -120,7 +111,7 @@ impl<'a> AnyTerrainLinks<'a> {
         }
         let size = checked_cell_size(geometry.resolution_m)?;
         model.check()?;
-        check_elevation(elevation)?;
+        let [lowest, highest] = check_elevation(elevation)?;
         if let Some(given) = roughness {
             check_roughness(given, &geometry)?;
         }
@@ -135,7 +126,7 @@ impl<'a> AnyTerrainLinks<'a> {
         let allowed = allowed_moves(&geometry, &elevation.values, known, &limits, corner_cutting);
         let elevation = elevation.values.as_slice();
         let max_roughness = limits.roughness as f32;
-        let steepest = limits.steepest(size);
+        let steepest = limits.steepest(size).min((highest - lowest).max(0.0));
         macro_rules! links {
             ($model:expr) => {
                 TerrainLinks {

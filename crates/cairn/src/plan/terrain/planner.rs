@@ -60,8 +60,7 @@ impl GridPlanner {
         with_links!(&links, links => {
             let free = |index: usize| !links.is_blocked(index);
             let indices = checked_goals(geometry, goals, options, free)?;
-            let grid = DirectedGrid::<_, f32>::new(links);
-            let solved = solved(&mut self.in_f32, &mut self.codes, geometry, &grid, &indices, options);
+            let solved = solved(&mut self.in_f32, &mut self.codes, geometry, links, &indices, options);
             let codes = match is_sound(solved.largest, links.extremes()) {
                 true => solved.codes,
                 false => policy(geometry, links, &indices, &solved.values, options)?,

@@ -4,8 +4,6 @@ use crate::plan::Cost;
 use crate::plan::moves::MOVES;
 use crate::world::GridGeometry;
 
-use super::link::LinkCost;
-use super::links::TerrainLinks;
 use super::weights::DirectionWeights;
 
 /// A grid of which every move out of every cell has a cost of its own.
@@ -51,41 +49,6 @@ fn on_grid<'c, C: Cost, const CODE: usize>(
     (first_col + skip, &mut costs[skip..skip + kept])
 }
 
-impl<M: LinkCost> DirectedRows for TerrainLinks<'_, M> {
-    type Number = f32;
-
-    fn geometry(&self) -> &GridGeometry {
-        &self.geometry
-    }
-
-    #[inline(always)]
-    fn row_costs<const CODE: usize>(&self, row: usize, first_col: usize, costs: &mut [f32]) {
-        let (first_col, costs) = on_grid::<f32, CODE>(&self.geometry, row, first_col, costs);
-        let n = costs.len();
-        if n == 0 {
-            return;
-        }
-        let (down, right) = MOVES[CODE];
-        let from = row * self.geometry.cols + first_col;
-        let to = from.wrapping_add_signed(down * self.geometry.cols as isize + right);
-        let (here, there, allowed) =
-            (&self.elevation[from..][..n], &self.elevation[to..][..n], &self.allowed[from..][..n]);
-        let none: &[f32] = &[];
-        let rough = |at: usize| if M::USES_ROUGHNESS { &self.roughness[at..][..n] } else { none };
-        let (rough_here, rough_there) = (rough(from), rough(to));
-        for i in 0..n {
-            let rise = there[i] - here[i];
-            let (leaving, entering) =
-                if M::USES_ROUGHNESS { (rough_here[i], rough_there[i]) } else { (0.0, 0.0) };
-            let cost = match CODE % 2 {
-                1 => self.model.link::<true>(rise, leaving, entering),
-                _ => self.model.link::<false>(rise, leaving, entering),
-            };
-            costs[i] = if allowed[i] & (1 << CODE) != 0 { cost } else { f32::INFINITY };
-        }
-    }
-}
-
 impl<T: Cost> DirectedRows for DirectionWeights<'_, T> {
     type Number = T;
 
@@ -105,8 +68,6 @@ impl<T: Cost> DirectedRows for DirectionWeights<'_, T> {
 mod tests {
     use super::*;
     use crate::geometry::Pose2;
-    use crate::plan::terrain::{AnyTerrainLinks, P3at, TerrainModel, Tobler};
-    use crate::world::Grid;
 
     fn noise(seed: u32, i: usize) -> f32 {
         let mixed = (i as u32 ^ seed).wrapping_mul(0x9E37_79B9).rotate_left(13).wrapping_mul(0x85EB_CA6B);
@@ -138,26 +99,6 @@ mod tests {
     fn a_row_costs_what_its_cells_cost_one_by_one() {
         for (rows, cols) in [(1, 1), (1, 7), (7, 1), (2, 2), (9, 37), (16, 64)] {
             let geometry = GridGeometry { rows, cols, resolution_m: 2.0, world_from_grid: Pose2::IDENTITY };
-            let heights = (0..rows * cols).map(|i| match noise(1, i) {
-                x if x < 0.1 => f32::NAN,
-                _ => noise(2, i),
-            });
-            let elevation = Grid::new(geometry, heights.collect());
-            for model in [TerrainModel::P3atEnergy(P3at::default()), TerrainModel::Tobler(Tobler::default())]
-            {
-                let links = AnyTerrainLinks::new(&elevation, None, &model, false).unwrap();
-                crate::plan::terrain::links::with_links!(&links, links => for row in 0..rows {
-                    for code in 0..8 {
-                        for (first, n) in [(0, cols), (cols / 3, cols - cols / 3), (0, cols / 2), (0, 0)] {
-                            let costs = whole_row(links, code, row, first, n);
-                            for (i, cost) in costs.iter().enumerate() {
-                                let single = links.costs_from(row * cols + first + i)[code];
-                                assert_eq!(cost.to_bits(), single.to_bits());
-                            }
-                        }
-                    }
-                });
-            }
             let planes: Vec<u32> = (0..8 * rows * cols).map(|i| 1 + (noise(3, i) * 9.0) as u32).collect();
             let weights = DirectionWeights::new(geometry, &planes).unwrap();
             let allowed = weights.allowed();

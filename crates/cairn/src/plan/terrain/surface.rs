@@ -2,19 +2,40 @@
 
 use crate::plan::PlanError;
 use crate::plan::moves::MOVES;
+use crate::plan::tiles::{Loops, at_widest};
 use crate::world::{Cell, Grid, GridGeometry};
 
 use super::link::runs;
 use super::model::Limits;
 
-/// Refuses elevations that are infinite; NaN is no data.
-pub(super) fn check_elevation(elevation: &Grid<f32>) -> Result<(), PlanError> {
+/// The least and the largest of numbers, NaN left out; (inf, -inf) of none.
+pub(super) fn range(values: &[f32]) -> [f32; 2] {
+    const AT_ONCE: usize = 16;
+    let (chunks, rest) = values.as_chunks::<AT_ONCE>();
+    let (mut least, mut most) = ([f32::INFINITY; AT_ONCE], [f32::NEG_INFINITY; AT_ONCE]);
+    for chunk in chunks {
+        for i in 0..AT_ONCE {
+            least[i] = if chunk[i] < least[i] { chunk[i] } else { least[i] };
+            most[i] = if chunk[i] > most[i] { chunk[i] } else { most[i] };
+        }
+    }
+    let least = least.iter().chain(rest).fold(f32::INFINITY, |least, &value| least.min(value));
+    let most = most.iter().chain(rest).fold(f32::NEG_INFINITY, |most, &value| most.max(value));
+    [least, most]
+}
+
+/// The range of elevations; refuses them if one is infinite. NaN is no data.
+pub(super) fn check_elevation(elevation: &Grid<f32>) -> Result<[f32; 2], PlanError> {
+    let [least, most] = range(&elevation.values);
+    if least > f32::NEG_INFINITY && most < f32::INFINITY {
+        return Ok([least, most]);
+    }
     match elevation.values.iter().position(|height| height.is_infinite()) {
         Some(index) => {
             let Cell { row, col } = elevation.geometry.cell(index);
             Err(PlanError::ElevationInfinite { row, col, value: f64::from(elevation.values[index]) })
         }
-        None => Ok(()),
+        None => Ok([least, most]),
     }
 }
 
@@ -24,6 +45,10 @@ pub(super) fn check_roughness(roughness: &Grid<f32>, elevation: &GridGeometry) -
     if (rows, cols) != (elevation.rows, elevation.cols) {
         let (elevation_rows, elevation_cols) = (elevation.rows, elevation.cols);
         return Err(PlanError::RoughnessShape { rows, cols, elevation_rows, elevation_cols });
+    }
+    let [least, most] = range(&roughness.values);
+    if !(least < 0.0 || most == f32::INFINITY) {
+        return Ok(());
     }
     match roughness.values.iter().position(|&value| value < 0.0 || value == f32::INFINITY) {
         Some(index) => {
@@ -43,16 +68,19 @@ struct Padded<'a> {
 }
 
 impl<'a> Padded<'a> {
+    #[inline(always)]
     fn new(geometry: &GridGeometry, values: &'a [f32]) -> Self {
         Self { values, rows: geometry.rows, cols: geometry.cols }
     }
 
     /// A line of only NaN.
+    #[inline(always)]
     fn line(&self) -> Vec<f32> {
         vec![f32::NAN; self.cols + 2]
     }
 
     /// Copies a row between the two borders of `line`; a row outside is NaN.
+    #[inline(always)]
     fn read(&self, row: Option<usize>, line: &mut [f32]) {
         let inner = &mut line[1..=self.cols];
         match row.filter(|&row| row < self.rows) {
@@ -169,39 +197,68 @@ pub(super) fn allowed_moves(
     limits: &Limits,
     corner_cutting: bool,
 ) -> Vec<u8> {
-    let bounds = Bounds::new(limits, geometry.resolution_m);
-    let most = limits.roughness as f32;
-    let (heights, rough) = (Padded::new(geometry, elevation), roughness.map(|r| Padded::new(geometry, r)));
-    let cols = geometry.cols;
-    let mut scratch = heights.line();
-    let mut read = |row: Option<usize>, line: &mut [f32]| {
-        heights.read(row, line);
-        if let Some(rough) = &rough {
-            rough.read(row, &mut scratch);
-            for (height, &rough) in line.iter_mut().zip(&scratch) {
-                *height = if rough <= most { *height } else { f32::NAN };
-            }
-        }
-    };
-    let (mut before, mut here, mut after) = (heights.line(), heights.line(), heights.line());
-    read(Some(0), &mut here);
-    read(Some(1), &mut after);
-    let mut allowed = vec![0_u8; elevation.len()];
-    let mut backs = vec![0_u8; cols];
-    for row in 0..geometry.rows {
-        let (this, next) = allowed[row * cols..].split_at_mut(cols);
-        let pairs = Pairs { before: &before, here: &here, after: &after, bounds: &bounds, corner_cutting };
-        pairs.right(this, &mut backs);
-        if row + 1 < geometry.rows {
-            pairs.down(this, &mut next[..cols]);
-            pairs.diagonal::<1>(this, &mut next[..cols]);
-            pairs.diagonal::<-1>(this, &mut next[..cols]);
-        }
-        std::mem::swap(&mut before, &mut here);
-        std::mem::swap(&mut here, &mut after);
-        read(Some(row + 2), &mut after);
+    at_widest(AllowedMoves { geometry, elevation, roughness, limits, corner_cutting })
+}
+
+struct AllowedMoves<'a> {
+    geometry: &'a GridGeometry,
+    elevation: &'a [f32],
+    roughness: Option<&'a [f32]>,
+    limits: &'a Limits,
+    corner_cutting: bool,
+}
+
+/// Reads a row of heights, NaN where it is rougher than `most`.
+#[inline(always)]
+fn read_known(
+    heights: &Padded<'_>,
+    rough: Option<&Padded<'_>>,
+    most: f32,
+    row: Option<usize>,
+    scratch: &mut [f32],
+    line: &mut [f32],
+) {
+    heights.read(row, line);
+    let Some(rough) = rough else { return };
+    rough.read(row, scratch);
+    for (height, &rough) in line.iter_mut().zip(&*scratch) {
+        *height = if rough <= most { *height } else { f32::NAN };
     }
-    allowed
+}
+
+impl Loops for AllowedMoves<'_> {
+    type Result = Vec<u8>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<u8> {
+        let Self { geometry, elevation, roughness, limits, corner_cutting } = self;
+        let bounds = Bounds::new(limits, geometry.resolution_m);
+        let most = limits.roughness as f32;
+        let (heights, rough) =
+            (Padded::new(geometry, elevation), roughness.map(|rough| Padded::new(geometry, rough)));
+        let (rough, cols) = (rough.as_ref(), geometry.cols);
+        let mut scratch = heights.line();
+        let (mut before, mut here, mut after) = (heights.line(), heights.line(), heights.line());
+        read_known(&heights, rough, most, Some(0), &mut scratch, &mut here);
+        read_known(&heights, rough, most, Some(1), &mut scratch, &mut after);
+        let mut allowed = vec![0_u8; elevation.len()];
+        let mut backs = vec![0_u8; cols];
+        for row in 0..geometry.rows {
+            let (this, next) = allowed[row * cols..].split_at_mut(cols);
+            let pairs =
+                Pairs { before: &before, here: &here, after: &after, bounds: &bounds, corner_cutting };
+            pairs.right(this, &mut backs);
+            if row + 1 < geometry.rows {
+                pairs.down(this, &mut next[..cols]);
+                pairs.diagonal::<1>(this, &mut next[..cols]);
+                pairs.diagonal::<-1>(this, &mut next[..cols]);
+            }
+            std::mem::swap(&mut before, &mut here);
+            std::mem::swap(&mut here, &mut after);
+            read_known(&heights, rough, most, Some(row + 2), &mut scratch, &mut after);
+        }
+        allowed
+    }
 }
 
 /// Three padded rows: moves between cells of the middle one and those right of or below them, both ways.
@@ -224,6 +281,7 @@ impl Pairs<'_> {
     }
 
     /// Codes 0 and 4.
+    #[inline(always)]
     fn right(&self, row: &mut [u8], backs: &mut [u8]) {
         let cols = row.len();
         let (b, h, a) = (&self.before[..cols + 2], &self.here[..cols + 2], &self.after[..cols + 2]);
@@ -243,6 +301,7 @@ impl Pairs<'_> {
     }
 
     /// Codes 2 and 6.
+    #[inline(always)]
     fn down(&self, row: &mut [u8], below: &mut [u8]) {
         let cols = row.len();
         let (h, a) = (&self.here[..cols + 2], &self.after[..cols + 2]);
@@ -257,6 +316,7 @@ impl Pairs<'_> {
     }
 
     /// Codes 1 and 5 to the right (`SIDE` 1), or 3 and 7 to the left (-1).
+    #[inline(always)]
     fn diagonal<const SIDE: isize>(&self, row: &mut [u8], below: &mut [u8]) {
         let cols = row.len();
         let (h, a) = (&self.here[..cols + 2], &self.after[..cols + 2]);

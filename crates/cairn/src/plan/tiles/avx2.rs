@@ -2,7 +2,10 @@
 
 use std::arch::x86_64::*;
 
+use super::level::Simd;
 use super::registers::{Register, register};
+
+const LEVEL: Simd = Simd::Avx2;
 
 // SAFETY, of every unsafe block below: callers keep the trait's contract: AVX2 is there and enabled, and
 // pointers reach as far as the trait says.

@@ -3,6 +3,7 @@
 use std::arch::x86_64::*;
 
 use super::lanes::Lanes;
+use super::level::Simd;
 
 /// Sixteen u32.
 #[derive(Clone, Copy)]
@@ -76,6 +77,7 @@ pub unsafe fn store_codes(masks: [u16; 8], to: *mut i8) {
 // SAFETY: callers keep the trait's contract: AVX-512 F, BW and VL are there and enabled.
 unsafe impl Lanes for U32 {
     type Number = u32;
+    const LEVEL: Simd = Simd::Avx512;
 
     #[inline(always)]
     fn splat(value: u32) -> Self {
@@ -142,6 +144,7 @@ unsafe impl Lanes for U32 {
 // SAFETY: callers keep the trait's contract: AVX-512 F, BW and VL are there and enabled.
 unsafe impl Lanes for F32 {
     type Number = f32;
+    const LEVEL: Simd = Simd::Avx512;
 
     #[inline(always)]
     fn splat(value: f32) -> Self {

@@ -3,7 +3,10 @@
 use std::arch::x86_64::*;
 
 use super::avx512::store_codes;
+use super::level::Simd;
 use super::registers::{Register, register};
+
+const LEVEL: Simd = Simd::Avx512;
 
 // SAFETY, of every unsafe block below: callers keep the trait's contract: AVX-512 F, BW, VL and DQ are
 // there and enabled, and pointers reach as far as the trait says.

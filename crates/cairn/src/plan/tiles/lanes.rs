@@ -2,6 +2,7 @@
 //!
 //! Every level does the same operations, each rounded once, so results agree to the bit.
 
+use super::level::Simd;
 #[cfg(target_arch = "x86_64")]
 use super::{avx2, avx512, avx512_wide, registers::Registers, sse2};
 use crate::plan::Cost;
@@ -20,6 +21,8 @@ pub const LANES: usize = 16;
 pub unsafe trait Lanes: Copy {
     /// One number.
     type Number: TileCost;
+    /// The instructions that its methods need.
+    const LEVEL: Simd;
 
     /// Sixteen times the same.
     fn splat(value: Self::Number) -> Self;

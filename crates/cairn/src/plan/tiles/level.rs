@@ -90,6 +90,32 @@ pub fn at_level<J: Job>(level: Simd, job: J) -> J::Result {
     }
 }
 
+/// Plain loops over arrays; `run`, and what it calls, must be `#[inline(always)]`, so that they are compiled
+/// for the instructions there are.
+pub trait Loops {
+    /// What comes of them.
+    type Result;
+    /// Does them.
+    fn run(self) -> Self::Result;
+}
+
+/// Does loops at the widest level that this processor has.
+pub fn at_widest<J: Loops>(loops: J) -> J::Result {
+    at_level(Simd::widest(), Wide(loops))
+}
+
+struct Wide<J>(J);
+
+impl<J: Loops> Job for Wide<J> {
+    type Number = f32;
+    type Result = J::Result;
+
+    #[inline(always)]
+    unsafe fn run<L: Lanes<Number = f32>>(self) -> J::Result {
+        self.0.run()
+    }
+}
+
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx512bw,avx512vl,avx512dq,avx2,bmi1,bmi2,lzcnt,popcnt")]
 fn avx512<J: Job>(job: J) -> J::Result {

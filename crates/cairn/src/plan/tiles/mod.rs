@@ -27,6 +27,7 @@ mod queue;
 mod registers;
 mod repair;
 mod run;
+mod slopes;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
 mod sweep;
@@ -36,7 +37,7 @@ pub use bits::FreeBits;
 pub use directed::DirectedGrid;
 pub use free::FreeGrid;
 pub use lanes::TileCost;
-pub use level::Simd;
+pub use level::{Loops, Simd, at_widest};
 pub use mean::{CellNumber, MeanGrid};
 pub use repair::{Repair, Repaired, repair};
 pub use run::{Room, Solved, Task, solve};

@@ -24,6 +24,7 @@ macro_rules! plain_lanes {
         // SAFETY: plain Rust needs no instructions beyond the target's.
         unsafe impl Lanes for Plain<$type> {
             type Number = $type;
+            const LEVEL: super::level::Simd = super::level::Simd::Portable;
 
             #[inline(always)]
             fn splat(value: $type) -> Self {

@@ -10,6 +10,8 @@ use super::lanes::{LANES, Lanes, TileCost};
 pub unsafe trait Register: Copy {
     /// One number.
     type Number: TileCost;
+    /// The instructions that its methods need.
+    const LEVEL: super::level::Simd;
     /// A truth for each number, in the form that comparisons have in this instruction set.
     type Truths: Copy;
     /// Numbers in it.
@@ -72,6 +74,7 @@ macro_rules! lanes_of {
         // SAFETY: the register's.
         unsafe impl<R: Register> Lanes for Registers<R, $count> {
             type Number = R::Number;
+            const LEVEL: super::level::Simd = R::LEVEL;
 
             #[inline(always)]
             fn splat(value: R::Number) -> Self {
@@ -171,6 +174,7 @@ macro_rules! register {
         #[allow(unused_unsafe)] // some of the functions are safe
         unsafe impl Register for $type {
             type Number = $number;
+            const LEVEL: $crate::plan::Simd = LEVEL;
             type Truths = $truths;
             const WIDTH: usize = $width;
 

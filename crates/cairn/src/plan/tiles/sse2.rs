@@ -2,7 +2,10 @@
 
 use std::arch::x86_64::*;
 
+use super::level::Simd;
 use super::registers::{Register, register};
+
+const LEVEL: Simd = Simd::Portable;
 
 // SAFETY, of every unsafe block below: SSE2 is always there, and pointers reach as far as the trait says.
 
