@@ -233,3 +233,26 @@ fn a_start_outside_the_grid_is_refused() {
     let error = plan_free(&grid(2, 3, vec![true; 6]), &[Cell::new(0, 0)], &options).unwrap_err();
     assert!(matches!(error, PlanError::StartOutsideGrid { row: 0, col: 3, rows: 2, cols: 3 }), "{error}");
 }
+
+#[test]
+fn long_thin_grids_equal_dijkstra_too() {
+    let mut numbers = Numbers(5);
+    for (rows, cols) in [(1, 9000), (3, 7000), (6500, 2), (7, 5000)] {
+        let free = grid(rows, cols, (0..rows * cols).map(|_| numbers.below(40) > 0).collect());
+        let costs =
+            grid(rows, cols, cell_costs(&free.values, &mut numbers).into_iter().map(|c| c as f32).collect());
+        let goals = goals(&free.values, cols, &mut numbers);
+        let options = PlanOptions { corner_cutting: numbers.below(2) == 1, ..PlanOptions::default() };
+        let (values, codes) = by_dijkstra(&graph_of_free(&free, &options).unwrap(), &goals, cols);
+        let field = plan_free(&free, &goals, &options).unwrap();
+        assert!(field.native() == &Values::U32(values));
+        assert_same(field.next_codes(), &codes, "free");
+        let (values, codes) = by_dijkstra(&graph_of_costs_f32(&costs, &options).unwrap(), &goals, cols);
+        let field = plan_costs_f32(&costs, &goals, &options).unwrap();
+        assert!(field.native() == &Values::F32(values));
+        assert_same(field.next_codes(), &codes, "costs");
+        let start = Some(Cell::new(rows / 2, cols / 2));
+        let some = plan_costs_f32(&costs, &goals, &PlanOptions { start, ..options }).unwrap();
+        assert_eq!(some.path(start.unwrap()), field.path(start.unwrap()));
+    }
+}

@@ -31,6 +31,7 @@ mod slopes;
 #[cfg(target_arch = "x86_64")]
 mod sse2;
 mod sweep;
+mod thin;
 mod visit;
 
 pub use bits::FreeBits;

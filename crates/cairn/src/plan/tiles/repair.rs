@@ -13,6 +13,7 @@ use super::level::{Job, Simd, at_level};
 use super::queue::Next;
 use super::run::Room;
 use super::sweep::{CELLS, LineLinks, load_line, store_line};
+use super::thin::is_thin;
 use super::visit::{Links, Turned, Wakes, visit};
 use crate::plan::Cost;
 use crate::plan::moves::MOVES;
@@ -91,6 +92,9 @@ pub fn repair<K: Links>(
     simd: Simd,
     mut repair: Repair<'_, K>,
 ) -> Option<Repaired<K::Number>> {
+    if is_thin(repair.rows, repair.cols) {
+        return None;
+    }
     let (tile_rows, tile_cols) = (repair.rows.div_ceil(SIDE), repair.cols.div_ceil(SIDE));
     room.board.make_room(tile_rows, tile_cols);
     room.queue.reset(tile_rows, tile_cols);

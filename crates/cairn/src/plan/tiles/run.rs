@@ -12,6 +12,7 @@ use super::level::{Job, Simd, at_level};
 use super::queue::{Next, Queue};
 use super::repair::RepairRoom;
 use super::sweep::CELLS;
+use super::thin::{is_thin, solve_thin};
 use super::visit::{Links, Turned, Wakes, visit};
 use crate::plan::Cost;
 
@@ -59,6 +60,9 @@ pub fn solve<K: Links>(
     values: Vec<K::Number>,
     codes: Vec<i8>,
 ) -> Solved<K::Number> {
+    if is_thin(task.rows, task.cols) {
+        return solve_thin(links, task, values, codes);
+    }
     let (tile_rows, tile_cols) = (task.rows.div_ceil(SIDE), task.cols.div_ceil(SIDE));
     let place = |cell: u32| {
         let (row, col) = (cell as usize / task.cols, cell as usize % task.cols);
