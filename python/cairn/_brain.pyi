@@ -181,6 +181,9 @@ def plan_costs_f64(
 ) -> GridField:
     """Plan on a float64 grid of costs."""
 
+def release_memory() -> None:
+    """Give the memory kept from one plan to the next back to the system."""
+
 def simd_levels() -> list[str]:
     """Instruction sets that the solver has code for and this processor has, the widest first."""
 

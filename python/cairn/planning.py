@@ -350,6 +350,16 @@ def plan_grid(
     return Field(brain, 1.0, None)
 
 
+def release_memory() -> None:
+    """Give the memory that plans leave for the next plan back to the system.
+
+    Fresh memory takes the system as long to provide as the solver takes to fill it, so the
+    workspace of the last plan is kept, and the arrays of a field that is gone: up to three times
+    the size of its arrays.
+    """
+    _brain.release_memory()
+
+
 def _solve(
     grid: npt.NDArray[Any],
     cells: list[GridCell],

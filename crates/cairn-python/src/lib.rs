@@ -10,6 +10,7 @@ mod graphs;
 mod locate;
 mod navigate;
 mod plan;
+mod pool;
 mod robot;
 mod terrain;
 mod track;
@@ -21,6 +22,7 @@ fn _brain(module: &Bound<'_, PyModule>) -> PyResult<()> {
     robot::register(module)?;
     world::register(module)?;
     plan::register(module)?;
+    pool::register(module)?;
     terrain::register(module)?;
     bench::register(module)?;
     graphs::register(module)?;

@@ -9,16 +9,31 @@ use pyo3::prelude::*;
 
 use crate::convert::{Triple, grid_of, points, pose_of};
 use crate::errors::to_python;
+use crate::pool::{take_back, with_planner};
 
 /// Cost-to-go and next cell of every cell of a grid. `cairn.planning.Field` is its public face.
 #[pyclass(frozen, module = "cairn._brain")]
 pub struct GridField {
-    field: RwLock<Arc<plan::Field>>,
+    /// There until it is dropped.
+    field: RwLock<Option<Arc<plan::Field>>>,
 }
 
 /// Keeps the memory of arrays alive that were handed out: an update leaves it alone.
 #[pyclass(frozen, module = "cairn._brain")]
-struct FieldMemory(#[allow(dead_code)] Arc<plan::Field>);
+struct FieldMemory(Option<Arc<plan::Field>>);
+
+impl Drop for FieldMemory {
+    fn drop(&mut self) {
+        self.0.take().into_iter().for_each(take_back);
+    }
+}
+
+impl Drop for GridField {
+    fn drop(&mut self) {
+        let field = self.field.get_mut().unwrap_or_else(PoisonError::into_inner);
+        field.take().into_iter().for_each(take_back);
+    }
+}
 
 #[pymethods]
 impl GridField {
@@ -145,7 +160,8 @@ impl GridField {
         };
         let update = py.detach(|| {
             let mut field = self.field.write().unwrap_or_else(PoisonError::into_inner);
-            Arc::make_mut(&mut field).update(&cells, costs, give_up)
+            let field = field.as_mut().expect("a field until it is dropped");
+            Arc::make_mut(field).update(&cells, costs, give_up)
         });
         let done = update.map_err(|e| to_python(&e))?;
         Ok((done.anew, done.changed, done.forgotten, done.visits))
@@ -155,7 +171,8 @@ impl GridField {
 impl GridField {
     /// The field as it is now; updates to come do not change it.
     pub fn now(&self) -> Arc<plan::Field> {
-        self.field.read().unwrap_or_else(PoisonError::into_inner).clone()
+        let field = self.field.read().unwrap_or_else(PoisonError::into_inner);
+        field.clone().expect("a field until it is dropped")
     }
 }
 
@@ -186,7 +203,7 @@ fn lend<'py, T: Element>(
 ) -> PyResult<Bound<'py, PyArray2<T>>> {
     let geometry = field.geometry();
     let view = ArrayView2::from_shape((geometry.rows, geometry.cols), values).expect("one value per cell");
-    let owner = Bound::new(py, FieldMemory(Arc::clone(field)))?;
+    let owner = Bound::new(py, FieldMemory(Some(Arc::clone(field))))?;
     // SAFETY: `values` is memory of `field`, which `owner` keeps alive; shared, it never changes; the array
     // is made read-only before anyone sees it.
     let array = unsafe { PyArray2::borrow_from_array(&view, owner.into_any()) };
@@ -203,8 +220,9 @@ fn cell_inside((row, col): (i64, i64), rows: usize, cols: usize) -> Option<Cell>
 /// (resolution [m], (x, y, yaw)) of a grid in the world.
 type Place = (f64, Triple);
 
-fn laid<T: Element + Copy>(cells: &PyReadonlyArray2<'_, T>, (resolution_m, origin): Place) -> Grid<T> {
-    grid_of(cells, resolution_m, pose_of(origin))
+fn geometry_of<T: Element>(cells: &PyReadonlyArray2<'_, T>, (resolution_m, origin): Place) -> GridGeometry {
+    let [rows, cols] = [cells.as_array().nrows(), cells.as_array().ncols()];
+    GridGeometry { rows, cols, resolution_m, world_from_grid: pose_of(origin) }
 }
 
 pub fn cells_of(goals: Vec<(i64, i64)>, geometry: &GridGeometry) -> PyResult<Vec<Cell>> {
@@ -241,7 +259,7 @@ pub fn options_of(
 }
 
 pub fn solved(result: Result<plan::Field, PlanError>) -> PyResult<GridField> {
-    result.map(|field| GridField { field: RwLock::new(Arc::new(field)) }).map_err(|e| to_python(&e))
+    result.map(|field| GridField { field: RwLock::new(Some(Arc::new(field))) }).map_err(|e| to_python(&e))
 }
 
 /// Plans on a bool grid, True free, in integer steps.
@@ -255,10 +273,16 @@ fn plan_free(
     paper_steps: bool,
     means: Means,
 ) -> PyResult<GridField> {
-    let grid = laid(&free, place);
-    let goals = cells_of(goals, &grid.geometry)?;
-    let options = options_of(&grid.geometry, corner_cutting, paper_steps, means)?;
-    solved(py.detach(|| plan::plan_free(&grid, &goals, &options)))
+    let geometry = geometry_of(&free, place);
+    let goals = cells_of(goals, &geometry)?;
+    let options = options_of(&geometry, corner_cutting, paper_steps, means)?;
+    let rows = free.as_array();
+    solved(py.detach(|| {
+        with_planner(|planner| match rows.as_slice() {
+            Some(cells) => planner.plan_free_cells(geometry, cells, &goals, &options),
+            None => planner.plan_free(&Grid::new(geometry, rows.iter().copied().collect()), &goals, &options),
+        })
+    }))
 }
 
 /// Plans on a float32 grid of costs.
@@ -271,10 +295,19 @@ fn plan_costs_f32(
     corner_cutting: bool,
     means: Means,
 ) -> PyResult<GridField> {
-    let grid = laid(&costs, place);
-    let goals = cells_of(goals, &grid.geometry)?;
-    let options = options_of(&grid.geometry, corner_cutting, false, means)?;
-    solved(py.detach(|| plan::plan_costs_f32(grid, &goals, &options)))
+    let geometry = geometry_of(&costs, place);
+    let goals = cells_of(goals, &geometry)?;
+    let options = options_of(&geometry, corner_cutting, false, means)?;
+    let rows = costs.as_array();
+    solved(py.detach(|| {
+        with_planner(|planner| {
+            let grid = match rows.as_slice() {
+                Some(cells) => planner.copied_f32(geometry, cells),
+                None => Grid::new(geometry, rows.iter().copied().collect()),
+            };
+            planner.plan_costs_f32(grid, &goals, &options)
+        })
+    }))
 }
 
 /// Plans on a float64 grid of costs.
@@ -287,10 +320,19 @@ fn plan_costs_f64(
     corner_cutting: bool,
     means: Means,
 ) -> PyResult<GridField> {
-    let grid = laid(&costs, place);
-    let goals = cells_of(goals, &grid.geometry)?;
-    let options = options_of(&grid.geometry, corner_cutting, false, means)?;
-    solved(py.detach(|| plan::plan_costs_f64(grid, &goals, &options)))
+    let geometry = geometry_of(&costs, place);
+    let goals = cells_of(goals, &geometry)?;
+    let options = options_of(&geometry, corner_cutting, false, means)?;
+    let rows = costs.as_array();
+    solved(py.detach(|| {
+        with_planner(|planner| {
+            let grid = match rows.as_slice() {
+                Some(cells) => planner.copied_f64(geometry, cells),
+                None => Grid::new(geometry, rows.iter().copied().collect()),
+            };
+            planner.plan_costs_f64(grid, &goals, &options)
+        })
+    }))
 }
 
 /// The instruction sets that the solver has code for and this processor has, the widest first.

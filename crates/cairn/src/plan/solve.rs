@@ -142,6 +142,23 @@ pub struct GridPlanner {
 pub struct Desk<T: TileCost> {
     pub(super) room: Room<T>,
     pub(super) values: Vec<T>,
+    costs: Vec<T>,
+}
+
+impl<T: TileCost> Desk<T> {
+    fn copied(&mut self, geometry: GridGeometry, costs: &[T]) -> Grid<T> {
+        let mut copy = std::mem::take(&mut self.costs);
+        copy.clear();
+        copy.extend_from_slice(costs);
+        Grid::new(geometry, copy)
+    }
+
+    /// Keeps the memory of a grid that nobody else holds.
+    fn keep_costs(&mut self, costs: Arc<Grid<T>>) {
+        if let Some(grid) = Arc::into_inner(costs) {
+            self.costs = grid.values;
+        }
+    }
 }
 
 impl GridPlanner {
@@ -155,11 +172,45 @@ impl GridPlanner {
         goals: &[Cell],
         options: &PlanOptions,
     ) -> Result<Field, PlanError> {
-        let GridGeometry { rows, cols, .. } = free.geometry;
-        checked_goals(&free.geometry, goals, options, |index| free.values[index])?;
+        self.plan_free_cells(free.geometry, &free.values, goals, options)
+    }
+
+    /// As [`plan_free`](Self::plan_free), from cells in memory of somebody else's, row-major.
+    ///
+    /// # Errors
+    /// As [`plan_free`].
+    ///
+    /// # Panics
+    /// If there are not as many cells as the geometry says.
+    pub fn plan_free_cells(
+        &mut self,
+        geometry: GridGeometry,
+        free: &[bool],
+        goals: &[Cell],
+        options: &PlanOptions,
+    ) -> Result<Field, PlanError> {
+        let GridGeometry { rows, cols, .. } = geometry;
+        assert_eq!(free.len(), rows * cols, "one value per cell");
+        checked_goals(&geometry, goals, options, |index| free[index])?;
         let mut bits = std::mem::take(&mut self.free);
-        bits.pack(rows, cols, &free.values);
-        Ok(self.plan_bits(bits, free.geometry, goals, options))
+        bits.pack(rows, cols, free);
+        Ok(self.plan_bits(bits, geometry, goals, options))
+    }
+
+    /// A grid of costs copied into memory of this planner's.
+    ///
+    /// # Panics
+    /// If there are not as many costs as the geometry says.
+    pub fn copied_f32(&mut self, geometry: GridGeometry, costs: &[f32]) -> Grid<f32> {
+        self.in_f32.copied(geometry, costs)
+    }
+
+    /// A grid of costs copied into memory of this planner's.
+    ///
+    /// # Panics
+    /// If there are not as many costs as the geometry says.
+    pub fn copied_f64(&mut self, geometry: GridGeometry, costs: &[f64]) -> Grid<f64> {
+        self.in_f64.copied(geometry, costs)
     }
 
     /// The field of free cells, where goals and options were found right.
@@ -216,8 +267,11 @@ impl GridPlanner {
     pub fn recycle(&mut self, field: Field) {
         let (values, codes, basis) = field.into_arrays();
         self.keep_arrays(values, codes);
-        if let Basis::Free { bits, .. } = basis {
-            self.free = bits;
+        match basis {
+            Basis::Free { bits, .. } => self.free = bits,
+            Basis::F32(basis) => self.in_f32.keep_costs(basis.costs),
+            Basis::F64(basis) => self.in_f64.keep_costs(basis.costs),
+            Basis::None => {}
         }
     }
 
