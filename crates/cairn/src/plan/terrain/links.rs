@@ -22,6 +22,8 @@ pub struct TerrainLinks<'a, M> {
     pub roughness: Cow<'a, [f32]>,
     /// Rougher cells are blocked.
     pub max_roughness: f32,
+    /// No cell is rougher; 0 without roughness.
+    pub roughest: f32,
     /// Bit k: the move with code k out of the cell is allowed (it need not be, back).
     pub allowed: Vec<u8>,
     /// No allowed move rises or falls by more \[m\].
@@ -48,7 +50,7 @@ impl<M: LinkCost> TerrainLinks<'_, M> {
 
     /// Bounds below and above the costs of allowed moves.
     pub(super) fn extremes(&self) -> [f32; 2] {
-        [self.model.least(), self.model.most(self.steepest, range(&self.roughness)[1].max(0.0))]
+        [self.model.least(), self.model.most(self.steepest, self.roughest)]
     }
 
     /// Cost of an allowed move.
@@ -112,9 +114,7 @@ impl<'a> AnyTerrainLinks<'a> {
         let size = checked_cell_size(geometry.resolution_m)?;
         model.check()?;
         let [lowest, highest] = check_elevation(elevation)?;
-        if let Some(given) = roughness {
-            check_roughness(given, &geometry)?;
-        }
+        let given_range = roughness.map(|given| check_roughness(given, &geometry)).transpose()?;
         let limits = model.limits();
         let priced = !matches!(model, TerrainModel::Tobler(_));
         let roughness: Cow<'a, [f32]> = match roughness {
@@ -122,6 +122,7 @@ impl<'a> AnyTerrainLinks<'a> {
             None if priced || limits.roughness < f64::INFINITY => Cow::Owned(roughness_of(elevation)?.values),
             None => Cow::Borrowed(&[]),
         };
+        let roughest = given_range.unwrap_or_else(|| range(&roughness))[1].max(0.0);
         let known = (!roughness.is_empty()).then_some(&*roughness);
         let allowed = allowed_moves(&geometry, &elevation.values, known, &limits, corner_cutting);
         let elevation = elevation.values.as_slice();
@@ -134,6 +135,7 @@ impl<'a> AnyTerrainLinks<'a> {
                     elevation,
                     roughness,
                     max_roughness,
+                    roughest,
                     allowed,
                     steepest,
                     model: $model,

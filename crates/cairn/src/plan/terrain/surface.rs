@@ -10,6 +10,22 @@ use super::model::Limits;
 
 /// The least and the largest of numbers, NaN left out; (inf, -inf) of none.
 pub(super) fn range(values: &[f32]) -> [f32; 2] {
+    at_widest(Range(values))
+}
+
+struct Range<'a>(&'a [f32]);
+
+impl Loops for Range<'_> {
+    type Result = [f32; 2];
+
+    #[inline(always)]
+    fn run(self) -> [f32; 2] {
+        least_and_most(self.0)
+    }
+}
+
+#[inline(always)]
+fn least_and_most(values: &[f32]) -> [f32; 2] {
     const AT_ONCE: usize = 16;
     let (chunks, rest) = values.as_chunks::<AT_ONCE>();
     let (mut least, mut most) = ([f32::INFINITY; AT_ONCE], [f32::NEG_INFINITY; AT_ONCE]);
@@ -39,8 +55,11 @@ pub(super) fn check_elevation(elevation: &Grid<f32>) -> Result<[f32; 2], PlanErr
     }
 }
 
-/// Refuses roughness of another shape, infinite or negative; NaN is no data.
-pub(super) fn check_roughness(roughness: &Grid<f32>, elevation: &GridGeometry) -> Result<(), PlanError> {
+/// The range of roughness; refuses it if it is of another shape, infinite or negative. NaN is no data.
+pub(super) fn check_roughness(
+    roughness: &Grid<f32>,
+    elevation: &GridGeometry,
+) -> Result<[f32; 2], PlanError> {
     let GridGeometry { rows, cols, .. } = roughness.geometry;
     if (rows, cols) != (elevation.rows, elevation.cols) {
         let (elevation_rows, elevation_cols) = (elevation.rows, elevation.cols);
@@ -48,7 +67,7 @@ pub(super) fn check_roughness(roughness: &Grid<f32>, elevation: &GridGeometry) -
     }
     let [least, most] = range(&roughness.values);
     if !(least < 0.0 || most == f32::INFINITY) {
-        return Ok(());
+        return Ok([least, most]);
     }
     match roughness.values.iter().position(|&value| value < 0.0 || value == f32::INFINITY) {
         Some(index) => {
@@ -56,7 +75,7 @@ pub(super) fn check_roughness(roughness: &Grid<f32>, elevation: &GridGeometry) -
             let value = f64::from(roughness.values[index]);
             Err(PlanError::RoughnessOutOfRange { row, col, value })
         }
-        None => Ok(()),
+        None => Ok([least, most]),
     }
 }
 
