@@ -7,7 +7,7 @@ use numpy::ndarray::ArrayView2;
 use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 
-use crate::convert::{Triple, grid_of, points, pose_of};
+use crate::convert::{Triple, points, pose_of};
 use crate::errors::to_python;
 use crate::pool::{take_back, with_planner};
 
