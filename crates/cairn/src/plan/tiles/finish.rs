@@ -134,6 +134,11 @@ pub unsafe fn finish<L: Lanes, K: Links<Number = L::Number>>(
             unsafe {
                 shown.store(values_at.add(at));
                 L::store_codes(masks, codes_at.add(at));
+                // The same row of the next tile: pages apart from this one's other rows.
+                L::prefetch_for_writing(values_at.wrapping_add(at + SIDE));
+                if k == 0 {
+                    L::prefetch_for_writing(codes_at.wrapping_add(at + SIDE));
+                }
             }
         }
         (above, here) = (here, below);

@@ -2,6 +2,7 @@
 
 use super::SIDE;
 use super::bits::FreeBits;
+use super::creep::{Creep, is_narrow};
 use super::finish::Around;
 use super::lanes::{LANES, Lanes, TileCost};
 use super::sweep::{Dirty, FreeLinks, Marks, OpenLinks, settle};
@@ -23,6 +24,7 @@ pub struct FreeDesk<L, const CUT: bool> {
     rows: FreeLinks<L, CUT>,
     cols: FreeLinks<L, CUT>,
     open: bool,
+    creep: Box<Creep>,
 }
 
 impl<T: TileCost, const CUT: bool> Links for FreeGrid<'_, T, CUT> {
@@ -34,7 +36,7 @@ impl<T: TileCost, const CUT: bool> Links for FreeGrid<'_, T, CUT> {
     fn desk<L: Lanes<Number = T>>(&self) -> Self::Desk<L> {
         let (straight, diagonal) = (L::splat(self.straight), L::splat(self.diagonal));
         let lines = || FreeLinks { free: [0; SIDE + 2], straight, diagonal };
-        FreeDesk { rows: lines(), cols: lines(), open: false }
+        FreeDesk { rows: lines(), cols: lines(), open: false, creep: Box::default() }
     }
 
     #[inline(always)]
@@ -55,7 +57,8 @@ impl<T: TileCost, const CUT: bool> Links for FreeGrid<'_, T, CUT> {
 
     #[inline(always)]
     unsafe fn settle<L: Lanes<Number = T>>(
-        desk: &Self::Desk<L>,
+        &self,
+        desk: &mut Self::Desk<L>,
         values: *mut L::Number,
         turned: *mut L::Number,
         dirty: Dirty,
@@ -63,6 +66,10 @@ impl<T: TileCost, const CUT: bool> Links for FreeGrid<'_, T, CUT> {
         if desk.open {
             let links = OpenLinks { straight: desk.rows.straight, diagonal: desk.rows.diagonal };
             return unsafe { settle::<L, _>(values, turned, &links, &links, dirty) };
+        }
+        if is_narrow(&desk.rows.free) {
+            let steps = [self.straight, self.diagonal];
+            return unsafe { desk.creep.settle::<T, CUT>(values, &desk.rows.free, steps, dirty) };
         }
         unsafe { settle::<L, _>(values, turned, &desk.rows, &desk.cols, dirty) }
     }

@@ -24,6 +24,17 @@ pub unsafe trait Lanes: Copy {
     /// The instructions that its methods need.
     const LEVEL: Simd;
 
+    /// Says that what is at `to`, if there is anything, will be written soon.
+    #[inline(always)]
+    fn prefetch_for_writing<N>(to: *const N) {
+        // SAFETY: a hint; it reads nothing.
+        #[cfg(target_arch = "x86_64")]
+        unsafe {
+            std::arch::x86_64::_mm_prefetch::<{ std::arch::x86_64::_MM_HINT_ET0 }>(to.cast());
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = to;
+    }
     /// Sixteen times the same.
     fn splat(value: Self::Number) -> Self;
     /// The sixteen numbers at `from`, which need not be aligned.

@@ -12,6 +12,7 @@ mod avx512;
 mod avx512_wide;
 mod bits;
 mod board;
+mod creep;
 mod directed;
 mod finish;
 mod free;

@@ -29,7 +29,8 @@ pub trait Links: Sync {
     /// As [`settle`].
     #[inline(always)]
     unsafe fn settle<L: Lanes<Number = Self::Number>>(
-        desk: &Self::Desk<L>,
+        &self,
+        desk: &mut Self::Desk<L>,
         values: *mut L::Number,
         turned: *mut L::Number,
         dirty: Dirty,
@@ -173,7 +174,7 @@ pub unsafe fn visit<L: Lanes, K: Links<Number = L::Number>>(
     }
     dirty.mark(rows, cols);
     links.lay_out::<L>(tile, desk);
-    let fell = unsafe { K::settle::<L>(desk, values, turned.0.as_mut_ptr(), dirty) };
+    let fell = unsafe { links.settle::<L>(desk, values, turned.0.as_mut_ptr(), dirty) };
     rows |= fell.lines;
     cols |= fell.across;
 
