@@ -55,15 +55,17 @@ pub fn is_narrow(free: &Lines) -> bool {
 }
 
 impl Creep {
-    /// Carries on from the cells in dirty rows and dirty columns until nothing falls.
+    /// Carries on from the cells in dirty rows and dirty columns until nothing falls. `through` is the
+    /// number offered to a cell with the number of another, from that one, with the code of the move there.
     ///
     /// # Safety
     /// `values` holds a tile.
+    #[inline(always)]
     pub unsafe fn settle<T: TileCost, const CUT: bool>(
         &mut self,
         values: *mut T,
         free: &Lines,
-        [straight, diagonal]: [T; 2],
+        through: impl Fn(T, usize, usize, usize) -> T,
         dirty: Dirty,
     ) -> Marks {
         let allowed = &ALLOWED[usize::from(CUT)];
@@ -97,13 +99,12 @@ impl Creep {
             let mut moves = allowed[above | three(row + 1) << 3 | below << 6];
             // SAFETY: a cell of the tile.
             let here = unsafe { *values.add(cell) };
-            let through = [here.sum(straight), here.sum(diagonal)];
             while moves != 0 {
                 let code = moves.trailing_zeros() as usize;
                 moves &= moves - 1;
                 let (down, right) = crate::plan::moves::MOVES[code];
                 let to = cell.wrapping_add_signed(down * SIDE as isize + right);
-                let offered = through[code % 2];
+                let offered = through(here, cell, to, code);
                 // SAFETY: moves end at cells of the tile.
                 let there = unsafe { &mut *values.add(to) };
                 if offered < *there {

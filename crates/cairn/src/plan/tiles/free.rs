@@ -69,7 +69,8 @@ impl<T: TileCost, const CUT: bool> Links for FreeGrid<'_, T, CUT> {
         }
         if is_narrow(&desk.rows.free) {
             let steps = [self.straight, self.diagonal];
-            return unsafe { desk.creep.settle::<T, CUT>(values, &desk.rows.free, steps, dirty) };
+            let through = |here: T, _: usize, _: usize, code: usize| here.sum(steps[code % 2]);
+            return unsafe { desk.creep.settle::<T, CUT>(values, &desk.rows.free, through, dirty) };
         }
         unsafe { settle::<L, _>(values, turned, &desk.rows, &desk.cols, dirty) }
     }

@@ -3,10 +3,14 @@
 //! c = (a + b) · h with h = 1/2 straight and √2/2 aslant, the sum rounded, then the product; the same
 //! both ways.
 
+use std::ops::Range;
+
 use super::SIDE;
+use super::bits::Lines;
+use super::creep::{Creep, is_narrow};
 use super::finish::Around;
 use super::lanes::{LANES, Lanes, TileCost};
-use super::sweep::{Line, LineLinks, VECTORS};
+use super::sweep::{Dirty, Line, LineLinks, Marks, VECTORS, settle};
 use super::visit::Links;
 use crate::plan::moves::MOVES;
 
@@ -114,9 +118,9 @@ where
 
 impl<T: CellNumber> MeanLinks<T> {
     #[inline(always)]
-    unsafe fn fill<L: Lanes<Number = T>, const CUT: bool>(&mut self, costs: &Sheet<T>) {
+    unsafe fn fill<L: Lanes<Number = T>, const CUT: bool>(&mut self, costs: &Sheet<T>, lines: Range<usize>) {
         let half = L::splat(T::HALF_LENGTHS[0]);
-        for line in 1..LINES {
+        for line in lines {
             // One vector more: the moved links reach one column out of the tile.
             for k in 1..VECTORS + 2 {
                 let at = line * PITCH + k * LANES;
@@ -135,6 +139,14 @@ impl<T: CellNumber> MeanLinks<T> {
     }
 }
 
+/// Sixteen costs from number `at` on.
+#[inline(always)]
+fn load_costs<L: Lanes>(costs: &[L::Number; LINES * PITCH], at: usize) -> L {
+    debug_assert!(at + LANES <= costs.len());
+    // SAFETY: lines and columns of a tile lie within.
+    unsafe { L::load(costs.as_ptr().add(at)) }
+}
+
 impl<L: Lanes> LineLinks<L> for MeanLinks<L::Number>
 where
     L::Number: CellNumber,
@@ -142,26 +154,26 @@ where
     #[inline(always)]
     fn lower<const FORWARD: bool>(&self, to: usize, before: &Line<L>, line: &mut Line<L>) -> u64 {
         let far = L::splat(L::Number::FAR);
+        let line_of_costs = (if FORWARD { to } else { to + 1 }) * PITCH + LANES;
+        // Backward, a link's cost stands at the end it leaves from: it is added before the numbers move.
+        let (mut rightward, mut leftward) = (*before, *before);
+        if !FORWARD {
+            for k in 0..VECTORS {
+                rightward[k] = before[k].plus(load_costs::<L>(&self.from_right, line_of_costs + k * LANES));
+                leftward[k] = before[k].plus(load_costs::<L>(&self.from_left, line_of_costs + k * LANES));
+            }
+        }
         let mut changed = 0;
         for k in 0..VECTORS {
-            let at = (if FORWARD { to } else { to + 1 }) * PITCH + (k + 1) * LANES;
-            // SAFETY: all arrays hold LINES lines of PITCH numbers.
-            let (straight, from_left, from_right) = unsafe {
-                let straight = L::load(self.straight.as_ptr().add(at));
-                if FORWARD {
-                    (
-                        straight,
-                        L::load(self.from_left.as_ptr().add(at)),
-                        L::load(self.from_right.as_ptr().add(at)),
-                    )
-                } else {
-                    let from_left = L::load(self.from_right.as_ptr().add(at - 1));
-                    (straight, from_left, L::load(self.from_left.as_ptr().add(at + 1)))
-                }
-            };
-            let left = before[k].after(if k > 0 { before[k - 1] } else { far }).plus(from_left);
-            let right = before[k].ahead(if k + 1 < VECTORS { before[k + 1] } else { far }).plus(from_right);
-            let offered = before[k].plus(straight).min(left.min(right));
+            let mut left = rightward[k].after(if k > 0 { rightward[k - 1] } else { far });
+            let mut right = leftward[k].ahead(if k + 1 < VECTORS { leftward[k + 1] } else { far });
+            if FORWARD {
+                left = left.plus(load_costs::<L>(&self.from_left, line_of_costs + k * LANES));
+                right = right.plus(load_costs::<L>(&self.from_right, line_of_costs + k * LANES));
+            }
+            let offered = before[k]
+                .plus(load_costs::<L>(&self.straight, line_of_costs + k * LANES))
+                .min(left.min(right));
             changed |= u64::from(offered.less(line[k])) << (k * LANES);
             line[k] = line[k].min(offered);
         }
@@ -175,6 +187,22 @@ pub struct MeanDesk<T> {
     turned: Box<Sheet<T>>,
     rows: Box<MeanLinks<T>>,
     cols: Box<MeanLinks<T>>,
+    free: Lines,
+    narrow: bool,
+    creep: Box<Creep>,
+}
+
+/// The columns of a tile that are free in a line of its costs.
+#[inline(always)]
+fn free_columns<L: Lanes>(costs: &Sheet<L::Number>, line: usize) -> u64 {
+    let far = L::splat(L::Number::FAR);
+    let mut free = 0;
+    for k in 0..VECTORS {
+        // SAFETY: the sheet holds LINES lines of PITCH numbers.
+        let costs = unsafe { L::load(costs.0.as_ptr().add(line * PITCH + (k + 1) * LANES)) };
+        free |= u64::from(costs.less(far)) << (k * LANES);
+    }
+    free
 }
 
 impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
@@ -185,7 +213,9 @@ impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
     fn desk<L: Lanes<Number = T>>(&self) -> Self::Desk<L> {
         let far = [T::FAR; LINES * PITCH];
         let links = || Box::new(MeanLinks { straight: far, from_left: far, from_right: far });
-        MeanDesk { costs: Box::new(Sheet(far)), turned: Box::new(Sheet(far)), rows: links(), cols: links() }
+        let (free, narrow, creep) = ([0; LINES], false, Box::default());
+        let (costs, turned) = (Box::new(Sheet(far)), Box::new(Sheet(far)));
+        MeanDesk { costs, turned, rows: links(), cols: links(), free, narrow, creep }
     }
 
     #[inline(always)]
@@ -210,9 +240,17 @@ impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
             turned[i * PITCH + first] = costs[LANES - 1 + i];
             turned[i * PITCH + last] = costs[(LINES - 1) * PITCH + LANES - 1 + i];
         }
-        unsafe {
-            desk.rows.fill::<L, CUT>(&desk.costs);
-            desk.cols.fill::<L, CUT>(&desk.turned);
+        for (row, line) in desk.free.iter_mut().enumerate() {
+            *line = free_columns::<L>(&desk.costs, row);
+        }
+        desk.narrow = is_narrow(&desk.free);
+        // Cell by cell, only what lies between this tile and the next is asked of the lines.
+        let lines = if desk.narrow { [1..2, SIDE + 1..LINES] } else { [1..LINES, 0..0] };
+        for lines in lines {
+            unsafe {
+                desk.rows.fill::<L, CUT>(&desk.costs, lines.clone());
+                desk.cols.fill::<L, CUT>(&desk.turned, lines);
+            }
         }
     }
 
@@ -224,6 +262,27 @@ impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
     #[inline(always)]
     fn cols<L: Lanes<Number = T>>(desk: &Self::Desk<L>) -> &Self::Lines<L> {
         &desk.cols
+    }
+
+    #[inline(always)]
+    unsafe fn settle<L: Lanes<Number = T>>(
+        &self,
+        desk: &mut Self::Desk<L>,
+        values: *mut T,
+        turned: *mut T,
+        dirty: Dirty,
+    ) -> Marks {
+        if desk.narrow {
+            let costs = &desk.costs.0;
+            let at = |cell: usize| (cell / SIDE + 1) * PITCH + LANES + cell % SIDE;
+            let through = |here: T, from: usize, to: usize, code: usize| {
+                here.sum(costs[at(to)].link(costs[at(from)], code % 2 == 1))
+            };
+            // SAFETY: the caller's.
+            return unsafe { desk.creep.settle::<T, CUT>(values, &desk.free, through, dirty) };
+        }
+        // SAFETY: the caller's.
+        unsafe { settle::<L, _>(values, turned, &*desk.rows, &*desk.cols, dirty) }
     }
 
     fn corner(&self, tile: usize, down: bool, right: bool) -> T {
