@@ -117,7 +117,7 @@ class InRust:
         """Return a copy of the native field."""
         return self._timed.native()
 
-    def next_node(self) -> npt.NDArray[np.int8] | None:
+    def next_node(self) -> npt.NDArray[np.int8]:
         """Return a copy of the policy."""
         return self._timed.next_node()
 
