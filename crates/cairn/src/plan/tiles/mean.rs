@@ -3,8 +3,6 @@
 //! c = (a + b) · h with h = 1/2 straight and √2/2 aslant, the sum rounded, then the product; the same
 //! both ways.
 
-use std::ops::Range;
-
 use super::SIDE;
 use super::bits::Lines;
 use super::creep::{Creep, is_narrow};
@@ -93,87 +91,58 @@ impl<T: TileCost> Sheet<T> {
     }
 }
 
-/// What the links into each line from the line before it cost; number `LANES + col` of each line.
-///
-/// A link costs the same both ways, so those from the line behind are the next line's, moved.
-#[repr(align(64))]
-pub struct MeanLinks<T> {
-    straight: [T; LINES * PITCH],
-    /// From the column before.
-    from_left: [T; LINES * PITCH],
-    /// From the column behind.
-    from_right: [T; LINES * PITCH],
+/// The links between the lines of a tile, priced as they are swept: laid out, they would not stay in the
+/// nearest cache.
+pub struct MeanLinks<T, const CUT: bool> {
+    costs: Box<Sheet<T>>,
+    /// Free columns of the lines.
+    free: Lines,
 }
 
-/// What the diagonal links from `other` to `here` cost; none where a cell at their sides is blocked.
-#[inline(always)]
-fn aslant<L: Lanes, const CUT: bool>(here: L, other: L, sides: [L; 2]) -> L
-where
-    L::Number: CellNumber,
-{
-    let far = L::splat(L::Number::FAR);
-    let cost = here.plus(other).times(L::splat(L::Number::HALF_LENGTHS[1]));
-    if CUT { cost } else { cost.where_else(sides[0].max(sides[1]).less(far), far) }
-}
+impl<T: CellNumber, const CUT: bool> MeanLinks<T, CUT> {
+    fn new() -> Self {
+        Self { costs: Box::new(Sheet([T::FAR; LINES * PITCH])), free: [0; LINES] }
+    }
 
-impl<T: CellNumber> MeanLinks<T> {
+    /// Notes which columns are free.
     #[inline(always)]
-    unsafe fn fill<L: Lanes<Number = T>, const CUT: bool>(&mut self, costs: &Sheet<T>, lines: Range<usize>) {
-        let half = L::splat(T::HALF_LENGTHS[0]);
-        for line in lines {
-            // One vector more: the moved links reach one column out of the tile.
-            for k in 1..VECTORS + 2 {
-                let at = line * PITCH + k * LANES;
-                unsafe {
-                    let (here, above) = (costs.at::<L>(at), costs.at::<L>(at - PITCH));
-                    let (left, above_left) = (costs.at::<L>(at - 1), costs.at::<L>(at - PITCH - 1));
-                    let from_left = aslant::<L, CUT>(here, above_left, [above, left]);
-                    // The other diagonal of the same square: from `above` to `left`.
-                    let to_left = aslant::<L, CUT>(left, above, [above_left, here]);
-                    here.plus(above).times(half).store(self.straight.as_mut_ptr().add(at));
-                    from_left.store(self.from_left.as_mut_ptr().add(at));
-                    to_left.store(self.from_right.as_mut_ptr().add(at - 1));
-                }
-            }
+    fn note_free<L: Lanes<Number = T>>(&mut self) {
+        for line in 0..LINES {
+            self.free[line] = free_columns::<L>(&self.costs, line);
         }
     }
 }
 
-/// Sixteen costs from number `at` on.
-#[inline(always)]
-fn load_costs<L: Lanes>(costs: &[L::Number; LINES * PITCH], at: usize) -> L {
-    debug_assert!(at + LANES <= costs.len());
-    // SAFETY: lines and columns of a tile lie within.
-    unsafe { L::load(costs.as_ptr().add(at)) }
-}
-
-impl<L: Lanes> LineLinks<L> for MeanLinks<L::Number>
+impl<L: Lanes, const CUT: bool> LineLinks<L> for MeanLinks<L::Number, CUT>
 where
     L::Number: CellNumber,
 {
     #[inline(always)]
     fn lower<const FORWARD: bool>(&self, to: usize, before: &Line<L>, line: &mut Line<L>) -> u64 {
         let far = L::splat(L::Number::FAR);
-        let line_of_costs = (if FORWARD { to } else { to + 1 }) * PITCH + LANES;
-        // Backward, a link's cost stands at the end it leaves from: it is added before the numbers move.
-        let (mut rightward, mut leftward) = (*before, *before);
-        if !FORWARD {
-            for k in 0..VECTORS {
-                rightward[k] = before[k].plus(load_costs::<L>(&self.from_right, line_of_costs + k * LANES));
-                leftward[k] = before[k].plus(load_costs::<L>(&self.from_left, line_of_costs + k * LANES));
-            }
-        }
+        let half = L::splat(L::Number::HALF_LENGTHS[0]);
+        let slant = L::splat(L::Number::HALF_LENGTHS[1]);
+        let from = if FORWARD { to - 1 } else { to + 1 };
+        // Aslant, the cell ahead of the one left and the one beside the one entered are free.
+        let (sides, beside) = (self.free[from], self.free[to]);
+        let (left_passes, right_passes) = (sides & beside << 1, sides & beside >> 1);
         let mut changed = 0;
         for k in 0..VECTORS {
-            let mut left = rightward[k].after(if k > 0 { rightward[k - 1] } else { far });
-            let mut right = leftward[k].ahead(if k + 1 < VECTORS { leftward[k + 1] } else { far });
-            if FORWARD {
-                left = left.plus(load_costs::<L>(&self.from_left, line_of_costs + k * LANES));
-                right = right.plus(load_costs::<L>(&self.from_right, line_of_costs + k * LANES));
+            let (to, from) = (to * PITCH + (k + 1) * LANES, from * PITCH + (k + 1) * LANES);
+            // SAFETY: the sheet holds LINES lines of PITCH numbers, a margin around them among these.
+            let (here, ahead, ahead_left, ahead_right) = unsafe {
+                let costs = &self.costs;
+                (costs.at::<L>(to), costs.at::<L>(from), costs.at::<L>(from - 1), costs.at::<L>(from + 1))
+            };
+            let left = before[k].after(if k > 0 { before[k - 1] } else { far });
+            let right = before[k].ahead(if k + 1 < VECTORS { before[k + 1] } else { far });
+            let mut left = left.plus(here.plus(ahead_left).times(slant));
+            let mut right = right.plus(here.plus(ahead_right).times(slant));
+            if !CUT {
+                left = left.where_else((left_passes >> (k * LANES)) as u16, far);
+                right = right.where_else((right_passes >> (k * LANES)) as u16, far);
             }
-            let offered = before[k]
-                .plus(load_costs::<L>(&self.straight, line_of_costs + k * LANES))
-                .min(left.min(right));
+            let offered = before[k].plus(here.plus(ahead).times(half)).min(left.min(right));
             changed |= u64::from(offered.less(line[k])) << (k * LANES);
             line[k] = line[k].min(offered);
         }
@@ -182,12 +151,9 @@ where
 }
 
 /// The links of a tile.
-pub struct MeanDesk<T> {
-    costs: Box<Sheet<T>>,
-    turned: Box<Sheet<T>>,
-    rows: Box<MeanLinks<T>>,
-    cols: Box<MeanLinks<T>>,
-    free: Lines,
+pub struct MeanDesk<T, const CUT: bool> {
+    rows: MeanLinks<T, CUT>,
+    cols: MeanLinks<T, CUT>,
     narrow: bool,
     creep: Box<Creep>,
 }
@@ -207,21 +173,18 @@ fn free_columns<L: Lanes>(costs: &Sheet<L::Number>, line: usize) -> u64 {
 
 impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
     type Number = T;
-    type Desk<L: Lanes<Number = T>> = MeanDesk<T>;
-    type Lines<L: Lanes<Number = T>> = MeanLinks<T>;
+    type Desk<L: Lanes<Number = T>> = MeanDesk<T, CUT>;
+    type Lines<L: Lanes<Number = T>> = MeanLinks<T, CUT>;
 
     fn desk<L: Lanes<Number = T>>(&self) -> Self::Desk<L> {
-        let far = [T::FAR; LINES * PITCH];
-        let links = || Box::new(MeanLinks { straight: far, from_left: far, from_right: far });
-        let (free, narrow, creep) = ([0; LINES], false, Box::default());
-        let (costs, turned) = (Box::new(Sheet(far)), Box::new(Sheet(far)));
-        MeanDesk { costs, turned, rows: links(), cols: links(), free, narrow, creep }
+        let (rows, cols) = (MeanLinks::new(), MeanLinks::new());
+        MeanDesk { rows, cols, narrow: false, creep: Box::default() }
     }
 
     #[inline(always)]
     fn lay_out<L: Lanes<Number = T>>(&self, tile: usize, desk: &mut Self::Desk<L>) {
-        self.copy_costs(tile, &mut desk.costs);
-        let (costs, turned) = (&desk.costs.0, &mut desk.turned.0);
+        self.copy_costs(tile, &mut desk.rows.costs);
+        let (costs, turned) = (&desk.rows.costs.0, &mut desk.cols.costs.0);
         let inside = |row: usize, col: usize| (row + 1) * PITCH + LANES + col;
         for row in (0..SIDE).step_by(LANES) {
             for col in (0..SIDE).step_by(LANES) {
@@ -240,18 +203,9 @@ impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
             turned[i * PITCH + first] = costs[LANES - 1 + i];
             turned[i * PITCH + last] = costs[(LINES - 1) * PITCH + LANES - 1 + i];
         }
-        for (row, line) in desk.free.iter_mut().enumerate() {
-            *line = free_columns::<L>(&desk.costs, row);
-        }
-        desk.narrow = is_narrow(&desk.free);
-        // Cell by cell, only what lies between this tile and the next is asked of the lines.
-        let lines = if desk.narrow { [1..2, SIDE + 1..LINES] } else { [1..LINES, 0..0] };
-        for lines in lines {
-            unsafe {
-                desk.rows.fill::<L, CUT>(&desk.costs, lines.clone());
-                desk.cols.fill::<L, CUT>(&desk.turned, lines);
-            }
-        }
+        desk.rows.note_free::<L>();
+        desk.cols.note_free::<L>();
+        desk.narrow = is_narrow(&desk.rows.free);
     }
 
     #[inline(always)]
@@ -273,16 +227,16 @@ impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
         dirty: Dirty,
     ) -> Marks {
         if desk.narrow {
-            let costs = &desk.costs.0;
+            let costs = &desk.rows.costs.0;
             let at = |cell: usize| (cell / SIDE + 1) * PITCH + LANES + cell % SIDE;
             let through = |here: T, from: usize, to: usize, code: usize| {
                 here.sum(costs[at(to)].link(costs[at(from)], code % 2 == 1))
             };
             // SAFETY: the caller's.
-            return unsafe { desk.creep.settle::<T, CUT>(values, &desk.free, through, dirty) };
+            return unsafe { desk.creep.settle::<T, CUT>(values, &desk.rows.free, through, dirty) };
         }
         // SAFETY: the caller's.
-        unsafe { settle::<L, _>(values, turned, &*desk.rows, &*desk.cols, dirty) }
+        unsafe { settle::<L, _>(values, turned, &desk.rows, &desk.cols, dirty) }
     }
 
     fn corner(&self, tile: usize, down: bool, right: bool) -> T {
@@ -307,7 +261,7 @@ impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
 
     #[inline(always)]
     fn lay_out_policy<L: Lanes<Number = T>>(&self, tile: usize, desk: &mut Self::Desk<L>) {
-        self.copy_costs(tile, &mut desk.costs);
+        self.copy_costs(tile, &mut desk.rows.costs);
     }
 
     #[inline(always)]
@@ -322,7 +276,7 @@ impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
         let lengths = [L::splat(T::HALF_LENGTHS[0]), L::splat(T::HALF_LENGTHS[1])];
         let at = (row + 1) * PITCH + (k + 1) * LANES;
         // SAFETY: the sheet holds the tile and a margin around it.
-        let costs = &desk.costs;
+        let costs = &desk.rows.costs;
         let (here, there) = unsafe {
             let there = [
                 costs.at::<L>(at + 1),
