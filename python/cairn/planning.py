@@ -294,7 +294,7 @@ def plan(
         grid = _blocked(costs, occupancy == 1)
     rows, cols = grid.shape
     cells = _brain.goal_cells(points, rows, cols, place) if grid.size else []
-    cell = None if start is None else _start_cell(start, rows, cols, place)
+    cell = None if start is None else _brain.start_cell(start_point(start), rows, cols, place)
     means = checked_means(threads, simd, cell)
     brain = _solve(grid, cells, place, corner_cutting, precision, "985/1393", means)
     return Field(brain, place[0], points)
@@ -378,15 +378,6 @@ def _solve(
     if precision == "f64":
         return _brain.plan_costs_f64(double_precision(costs), cells, place, corner_cutting, means)
     return _brain.plan_costs_f32(single_precision(costs), cells, place, corner_cutting, means)
-
-
-def _start_cell(start: Any, rows: int, cols: int, place: Place) -> GridCell:
-    """Return the cell of a point of the world."""
-    try:
-        point = (float(start[0]), float(start[1]))
-    except (TypeError, ValueError, IndexError):
-        raise errors.StartMalformed(f"start {start!r} is no pair of numbers", value=start) from None
-    return _brain.start_cell(point, rows, cols, place)
 
 
 def _blocked(costs: npt.NDArray[Any], stands: npt.NDArray[np.bool_]) -> npt.NDArray[Any]:
