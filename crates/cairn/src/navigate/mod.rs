@@ -7,6 +7,7 @@ mod error;
 mod navigator;
 mod perceive;
 mod planning;
+mod plans;
 mod record;
 mod strategy;
 mod trap;
