@@ -482,6 +482,49 @@ class CurvatureVelocity:
     ) -> dict[str, Any]:
         """Return one choice as plain dicts and lists; obstacles are (n, 2)."""
 
+# ---- worlds of circles and boxes -----------------------------------------------------------------
+
+class Shapes:
+    """Circles and boxes that stand: exact rays, exact contact."""
+
+    def __new__(cls, circles: NDArray[np.float64], boxes: NDArray[np.float64]) -> Self:
+        """From circles (n, 3): x, y, radius; and boxes (m, 5): x, y, heading, length, width."""
+
+    def scan(
+        self,
+        pose: tuple[float, float, float],
+        beams: int,
+        first_rad: float,
+        step_rad: float,
+        max_range_m: float,
+        moving: NDArray[np.float64] | None = None,
+    ) -> NDArray[np.float64]:
+        """Ranges of a planar scanner at a pose; inf beyond `max_range_m`, 0 from inside a shape."""
+
+    def cast(
+        self, origin: tuple[float, float], directions_rad: NDArray[np.float64], max_range_m: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(ranges, cosines of incidence) of rays from one point along world directions."""
+
+    def clearance(
+        self,
+        pose: tuple[float, float, float],
+        outline: tuple[float, float],
+        moving: NDArray[np.float64] | None = None,
+    ) -> float:
+        """Least distance from an outline (length, width) at a pose to any shape."""
+
+    def first_touch(
+        self,
+        poses: NDArray[np.float64],
+        outline: tuple[float, float],
+        moving: NDArray[np.float64] | None = None,
+    ) -> tuple[int, str, int] | None:
+        """First of poses (n, 3) that touches: (number, `circle`, `box` or `moving`, which).
+
+        `moving`: as many rows (x, y, radius) for each pose, pose after pose.
+        """
+
 # ---- benchmarks ----------------------------------------------------------------------------------
 
 class TimedSolver:

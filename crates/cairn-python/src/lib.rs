@@ -12,6 +12,7 @@ mod navigate;
 mod plan;
 mod pool;
 mod robot;
+mod shapes;
 mod terrain;
 mod track;
 mod world;
@@ -21,6 +22,7 @@ fn _brain(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     robot::register(module)?;
     world::register(module)?;
+    shapes::register(module)?;
     plan::register(module)?;
     pool::register(module)?;
     terrain::register(module)?;

@@ -5,6 +5,7 @@ Exit codes: 0 done or reached, 2 usage or bad input, 3 goal not reached or refus
 
 from cairn.cli import (
     bench,
+    bench_nav,
     doctor,
     plan,
     reproduce,
@@ -12,4 +13,4 @@ from cairn.cli import (
 )  # they add their commands to the application
 from cairn.cli.root import app, main
 
-__all__ = ["app", "bench", "doctor", "main", "plan", "reproduce", "run"]
+__all__ = ["app", "bench", "bench_nav", "doctor", "main", "plan", "reproduce", "run"]

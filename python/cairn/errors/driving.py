@@ -1,5 +1,7 @@
 """What can be wrong with profiles, robots, controllers, readings and missions."""
 
+from typing import Any
+
 from cairn.errors.base import CairnError
 
 # ---- profiles ------------------------------------------------------------------------------------
@@ -442,3 +444,42 @@ class PoseSourceUnavailable(CairnError):
     """A scenario asks for a source of the pose that the navigator does not have."""
 
     pose: str
+
+
+# ---- the benchmark of navigation -----------------------------------------------------------------
+
+
+class NavWorldInvalid(CairnError):
+    """A file is not a world of the navigation benchmark."""
+
+    path: str
+    key: str
+    reason: str
+
+
+class NavWorldsMissing(CairnError):
+    """A folder holds no world, or not all of those asked for."""
+
+    folder: str
+    missing: list[int]
+
+
+class StackNotFound(CairnError):
+    """There is no navigation stack of that name, or no such callable."""
+
+    name: str
+    reason: str
+
+
+class StackPeriodInvalid(CairnError):
+    """A stack asks for a control period that the simulated robot does not offer."""
+
+    name: str
+    period_s: float
+
+
+class NavBenchValueOutOfRange(CairnError):
+    """A setting of the navigation benchmark is not usable."""
+
+    key: str
+    value: Any

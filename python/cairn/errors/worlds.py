@@ -74,6 +74,28 @@ class LayerValueInvalid(CairnError):
     value: float
 
 
+# ---- circles and boxes ---------------------------------------------------------------------------
+
+
+class CircleNotUsable(CairnError):
+    """A circle has no finite middle, or no positive finite radius."""
+
+    index: int
+    x_m: float
+    y_m: float
+    radius_m: float
+
+
+class BlockNotUsable(CairnError):
+    """A box has no finite pose, or no positive finite sides."""
+
+    index: int
+    x_m: float
+    y_m: float
+    length_m: float
+    width_m: float
+
+
 # ---- map files -----------------------------------------------------------------------------------
 
 

@@ -7,6 +7,7 @@ mod grid;
 mod mapping;
 mod maze;
 mod raycast;
+mod shapes;
 mod sonar_model;
 
 pub use costmap::{CostLayer, CostmapConfig, UnknownCells, WorldError, costmap, costmap_with_layers};
@@ -15,4 +16,5 @@ pub use grid::{Cell, Grid, GridGeometry, Occupancy, OccupancyGrid};
 pub use mapping::{MappingConfig, MappingError, OccupancyMap};
 pub use maze::perfect_maze;
 pub use raycast::raycast;
+pub use shapes::{Block, Circle, RayHit, ShapeError, Shapes, Touch, Touched, check_circles};
 pub use sonar_model::{SonarEcho, sonar_echo, sonar_range};

@@ -1,0 +1,181 @@
+"""`cairn bench nav`: how well a stack drives where it has never been."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+from cairn.cli.bench import bench
+from cairn.cli.root import console
+from cairn.record import write_summary
+from cairn.strict_json import plain
+
+
+@bench.command("nav")
+def bench_nav(
+    worlds: Annotated[
+        Path | None,
+        typer.Option(help="Folder of world_N.json or Gazebo world_N.world files of BARN."),
+    ] = None,
+    generate: Annotated[
+        int | None, typer.Option(min=1, help="Drive so many worlds of our own generator.")
+    ] = None,
+    indices: Annotated[
+        str | None, typer.Option(help="Numbers of worlds, comma-separated; 10-20 is a range.")
+    ] = None,
+    stack: Annotated[
+        str, typer.Option(help="cairn, cvm, dynamic-window, or module:function.")
+    ] = "cairn",
+    robot: Annotated[str, typer.Option(help="jackal (lidar) or p3at (sonars only).")] = "jackal",
+    trials: Annotated[int, typer.Option(min=1, help="Trials of each world.")] = 10,
+    seed: Annotated[int, typer.Option(min=0, help="Of everything drawn.")] = 1,
+    processes: Annotated[
+        int | None, typer.Option(min=1, help="That share the work; by default one per core.")
+    ] = None,
+    picture: Annotated[
+        str | None, typer.Option(help="Draw one trial, WORLD or WORLD:TRIAL; nothing else is run.")
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-nav.")
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print the record, nothing else.")
+    ] = False,
+) -> None:
+    """Drive worlds nobody has seen, and count arrivals, collisions and time. Always code 0."""
+    from cairn.experiments.machine import cores
+    from cairn.experiments.nav import bench as measuring
+    from cairn.experiments.nav.generator import generated
+    from cairn.experiments.nav.worlds import load_folder
+
+    wanted = None if indices is None else _numbers(indices)
+    if worlds is not None and generate is not None:
+        raise typer.BadParameter("give --worlds or --generate, not both", param_hint="--generate")
+    if worlds is not None:
+        chosen, source = load_folder(worlds, wanted), f"folder {worlds.name}"
+    else:
+        numbers = wanted or tuple(range(generate or 20))
+        chosen = [generated(number, seed) for number in numbers]
+        source = f"generated, seed {seed}"
+    settings = measuring.Settings(stack, chosen, robot, trials, seed, processes or cores(), source)
+    settings.check()
+    folder = out or Path("runs/bench-nav")
+    if picture is not None:
+        _draw(settings, picture, folder)
+        return
+    hidden = as_json or not console.is_terminal
+    columns = (
+        BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeElapsedColumn(),
+        TextColumn("left"), TimeRemainingColumn(), TextColumn("[dim]{task.description}[/]"),
+    )  # fmt: skip
+    good = total = 0
+    with Progress(*columns, console=console, transient=True, disable=hidden) as progress:
+        work = progress.add_task("", total=len(chosen) * trials)
+
+        def told(trial: Any) -> None:
+            nonlocal good, total
+            good, total = good + (trial.outcome == "success"), total + 1
+            progress.update(work, advance=1, description=f"{good} of {total} arrived")
+
+        record = plain(measuring.run(settings, told))
+    path = write_summary(record, folder)
+    if as_json:
+        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+    else:
+        _print(record)
+        console.print(f"[dim]{path}[/]")
+
+
+def _numbers(text: str) -> tuple[int, ...]:
+    numbers: list[int] = []
+    try:
+        for part in text.split(","):
+            first, dash, last = part.strip().partition("-")
+            numbers += range(int(first), int(last) + 1) if dash else [int(first)]
+    except ValueError:
+        numbers = []
+    if not numbers:
+        raise typer.BadParameter(
+            f"`{text}`: whole numbers, comma-separated; 10-20 is a range", param_hint="--indices"
+        )
+    return tuple(dict.fromkeys(numbers))
+
+
+def _draw(settings: Any, which: str, folder: Path) -> None:
+    from cairn.experiments.nav.trial import ROBOTS, drive
+    from cairn.view.trials import draw_trial
+
+    name, _, number = which.partition(":")
+    found = [
+        w
+        for w in settings.worlds
+        if w.name == name or w.name.rpartition("_")[2].lstrip("0") == (name.lstrip("0") or "-")
+    ]
+    if not found or not (number or "0").isdecimal():
+        known = ", ".join(world.name for world in settings.worlds[:8])
+        raise typer.BadParameter(
+            f"`{which}`: WORLD or WORLD:TRIAL, of {known}", param_hint="--picture"
+        )
+    scale = ROBOTS[settings.robot].scale
+    world = found[0].scaled(scale) if scale != 1.0 else found[0]
+    trial = drive(
+        settings.stack, world, int(number or 0), settings.seed, robot=settings.robot, trace=True
+    )
+    path = draw_trial(
+        trial, world, settings.robot, settings.stack,
+        folder / f"{world.name}-{trial.trial}-{settings.stack.replace(':', '.')}.png",
+    )  # fmt: skip
+    console.print(f"{world.name}, trial {trial.trial}: {trial.outcome}, {trial.reason}")
+    console.print(f"[dim]{path}[/]")
+
+
+def _print(record: dict[str, Any]) -> None:
+    table = Table(
+        "world", "arrived", "touched", "too late", "error", "time s", "score", "old cap",
+        box=None, pad_edge=False, header_style="dim",
+    )  # fmt: skip
+    for column in table.columns[1:]:
+        column.justify = "right"
+    for row in record["worlds"]:
+        table.add_row(
+            f"[bold]{row['world']}[/]"
+            + (f" [dim]{row['difficulty']}[/]" if row["difficulty"] else ""),
+            *(str(row[kind] or "") for kind in ("success", "collision", "timeout", "error")),
+            "" if row["time_s"] is None else f"{row['time_s']:.1f}",
+            f"{row['score']:.4f}",
+            f"{row['score_old_cap']:.4f}",
+        )
+    console.print(table)
+    for name, figures in [("all", record["summary"]), *record["by_difficulty"].items()]:
+        console.print("\n" + summary_line(name, figures), highlight=False)
+    wall = record["wall"]
+    console.print(
+        f"[dim]stack {record['stack']}, robot {record['robot']}, {record['source']}, "
+        f"{record['trials_per_world']} trials a world, seed {record['seed']}; a decision takes "
+        f"{wall['tick_mean_ms']:.2f} ms, 99 of 100 at most {wall['tick_p99_ms']:.1f} ms[/]",
+        highlight=False,
+    )
+    console.print(record["summary"]["caveat"])
+
+
+def summary_line(name: str, figures: dict[str, Any]) -> str:
+    """One line of figures with their 95 % intervals."""
+
+    def between(key: str) -> str:
+        low, high = figures[key]
+        return f"[{low:.3f}, {high:.3f}]".replace("[", "\\[")
+
+    time_s = "" if figures["time_s"] is None else f", {figures['time_s']:.1f} s"
+    return (
+        f"[bold]{name}[/] ({figures['worlds']} worlds, {figures['trials']} trials): success "
+        f"{figures['success']:.4f} {between('success_95')}, collision {figures['collision']:.4f}, "
+        f"timeout {figures['timeout']:.4f}, error {figures['error']:.4f}{time_s}; "
+        f"score {figures['score']:.4f} {between('score_95')}, "
+        f"old cap {figures['score_old_cap']:.4f} {between('score_old_cap_95')}"
+    )
