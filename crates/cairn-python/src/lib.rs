@@ -7,6 +7,7 @@ mod bench;
 mod convert;
 mod errors;
 mod graphs;
+mod localise;
 mod locate;
 mod navigate;
 mod plan;
@@ -31,6 +32,7 @@ fn _brain(module: &Bound<'_, PyModule>) -> PyResult<()> {
     track::register(module)?;
     avoid::register(module)?;
     locate::register(module)?;
+    localise::register(module)?;
     navigate::register(module)?;
     Ok(())
 }

@@ -343,6 +343,47 @@ class MatchingRangeCount(CairnError):
     expected: int
 
 
+class LocaliseValueOutOfRange(CairnError):
+    """A setting of the localisation cannot be."""
+
+    key: str
+    value: float
+    least: float
+    most: float
+
+
+class LocaliseMapEmpty(CairnError):
+    """Nothing stands on the map: there is nothing to recognise."""
+
+    cells: int
+
+
+class LocaliseNoRoom(CairnError):
+    """The robot fits nowhere on the map."""
+
+    radius_m: float
+
+
+class LocaliseNoSensor(CairnError):
+    """The profile has neither sonars nor a lidar to recognise a place with."""
+
+    profile: str
+
+
+class LocaliseRangeCount(CairnError):
+    """There is not one range for each sensor."""
+
+    given: int
+    expected: int
+
+
+class LocaliseInputNotFinite(CairnError):
+    """A pose, a motion or a spread is no finite number, or a spread is negative."""
+
+    name: str
+    value: float
+
+
 # ---- navigating ----------------------------------------------------------------------------------
 
 

@@ -1,9 +1,12 @@
-//! Sonar matched to a known map: small corrections that keep odometry from drifting.
+//! Ranges matched to a known map: small corrections that keep odometry from drifting.
+
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::Odometry;
+use super::field::SurfaceField;
 use crate::geometry::{Pose2, wrap_angle};
 use crate::robot::RobotProfile;
 use crate::world::{Grid, Occupancy, OccupancyGrid, SonarEcho, sonar_echo};
@@ -94,12 +97,14 @@ pub struct MatchReport {
     pub bounded: bool,
 }
 
-/// Compares sonar echoes with those the known map predicts, by the rules of [`sonar_echo`]: an
-/// extended Kalman update of [`Odometry`] by each echo that the map explains.
+/// Compares sonar echoes with those the known map predicts, by the rules of [`sonar_echo`], and the
+/// ends of lidar beams with the map's surfaces: an extended Kalman update of [`Odometry`] by each
+/// reading that the map explains.
 #[derive(Clone, Debug)]
 pub struct MapMatcher {
-    config: MatchingConfig,
-    walls: Grid<bool>,
+    pub(super) config: MatchingConfig,
+    pub(super) walls: Grid<bool>,
+    pub(super) field: Arc<SurfaceField>,
 }
 
 impl MapMatcher {
@@ -108,6 +113,15 @@ impl MapMatcher {
     /// # Errors
     /// [`MatchingError::MatchingValueOutOfRange`].
     pub fn new(config: &MatchingConfig, prior: &OccupancyGrid) -> Result<Self, MatchingError> {
+        Self::on(config, prior, Arc::new(SurfaceField::new(prior)))
+    }
+
+    /// The same on the surfaces of `prior`.
+    pub(super) fn on(
+        config: &MatchingConfig,
+        prior: &OccupancyGrid,
+        field: Arc<SurfaceField>,
+    ) -> Result<Self, MatchingError> {
         for (key, value) in [
             ("range_m", config.range_m),
             ("gate_m", config.gate_m),
@@ -128,10 +142,10 @@ impl MapMatcher {
             }
         }
         let occupied = prior.values.iter().map(|class| *class == Occupancy::Occupied).collect();
-        Ok(Self { config: *config, walls: Grid::new(prior.geometry, occupied) })
+        Ok(Self { config: *config, walls: Grid::new(prior.geometry, occupied), field })
     }
 
-    /// Corrects `odometry` by the sonar part of `ranges_m`, taken at its pose.
+    /// Corrects `odometry` by `ranges_m`, sonars and then lidar beams, taken at its pose.
     ///
     /// At most [`MatchingConfig::most_m`] and [`MatchingConfig::most_rad`] per call. Echoes nearer or
     /// farther than the map predicts by more than the gate, unanswered cries and NaN move nothing.
@@ -181,6 +195,7 @@ impl MapMatcher {
                 report.rejected += 1;
             }
         }
+        self.correct_by_lidar(odometry, profile, ranges_m, &mut report);
         let after = odometry.pose;
         let (dx, dy, turn) =
             (after.x - before.x, after.y - before.y, wrap_angle(after.heading - before.heading));

@@ -372,6 +372,19 @@ impl Odometry {
         self.covariance[2][2] = self.config.start_rad.powi(2);
     }
 
+    /// [`Self::update`] by a number that depends on the pose alone.
+    pub(super) fn update_pose(&mut self, h: [f64; 3], innovation: f64, noise: f64) {
+        self.update([h[0], h[1], h[2], 0.0], innovation, noise);
+    }
+
+    /// Puts the robot at `pose`, known as `covariance` says; what else was learnt stays.
+    pub(super) fn relocate(&mut self, pose: Pose2, covariance: &[[f64; 3]; 3]) {
+        self.place(pose);
+        for (row, given) in self.covariance.iter_mut().zip(covariance) {
+            row[..3].copy_from_slice(given);
+        }
+    }
+
     /// Moves the estimate by hand (a bounded correction); the covariance stays.
     pub(super) fn nudge_to(&mut self, pose: Pose2) {
         self.pose = Pose2::new(pose.x, pose.y, wrap_angle(pose.heading));

@@ -1,3 +1,4 @@
+use super::random::SplitMix;
 use super::{Grid, GridGeometry};
 
 /// One cell in this many grows from a random place instead of the newest. Between depth-first mazes
@@ -23,7 +24,7 @@ pub fn perfect_maze(geometry: GridGeometry, corridor: usize, seed: u64) -> Optio
             free[row * cols + left..row * cols + left + width].fill(true);
         }
     };
-    let mut random = SplitMix(seed);
+    let mut random = SplitMix::new(seed);
     let mut seen = vec![false; down * across];
     let first = down / 2 * across + across / 2;
     seen[first] = true;
@@ -64,24 +65,6 @@ pub fn perfect_maze(geometry: GridGeometry, corridor: usize, seed: u64) -> Optio
         growing.push(next);
     }
     Some(Grid::new(geometry, free))
-}
-
-/// Random numbers of a seed [Steele14].
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// A number less than `bound`, each all but equally likely.
-    fn below(&mut self, bound: u64) -> u64 {
-        ((u128::from(self.next()) * u128::from(bound)) >> 64) as u64
-    }
 }
 
 #[cfg(test)]

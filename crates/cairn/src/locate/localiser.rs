@@ -1,0 +1,376 @@
+//! Where the robot is on a known map, whatever was known at the start: odometry matched to the map as
+//! long as the map explains what is measured, and a set of poses that challenges it.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::field::SurfaceField;
+use super::matching::{MapMatcher, MatchReport, MatchingConfig, MatchingError};
+use super::monte_carlo::{LocaliseError, MonteCarlo, MonteCarloConfig, PoseEstimate};
+use super::odometry::Odometry;
+use crate::geometry::{Pose2, wrap_angle};
+use crate::robot::RobotProfile;
+use crate::world::OccupancyGrid;
+
+/// When a pose is believed, doubted and given up.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LocaliserConfig {
+    /// Of everything drawn.
+    pub seed: u64,
+    /// Standard deviation of a start that was told \[m\].
+    pub start_m: f64,
+    /// The same of its heading \[rad\].
+    pub start_rad: f64,
+    /// What the map explains is averaged over about this time \[s\].
+    pub fit_s: f64,
+    /// When the map explains a smaller share of the readings than this, the pose is lost.
+    pub lost_fit: f64,
+    /// A pose that was searched for is believed only when the map explains this share there …
+    pub found_fit: f64,
+    /// … when this share of all weight is around it …
+    pub found_share: f64,
+    /// … when it is known this well \[m\] …
+    pub found_sigma_m: f64,
+    /// … and after this way and turn since the search: metres plus radians.
+    pub found_way: f64,
+    /// A search that has found nothing is repeated after this way and turn.
+    pub search_way: f64,
+    /// The set of poses corrects the pose when it is elsewhere by more than this \[m\] …
+    pub jump_m: f64,
+    /// … or this \[rad\] …
+    pub jump_rad: f64,
+    /// … and the map explains this much more there.
+    pub jump_fit: f64,
+    /// The set of poses.
+    pub monte_carlo: MonteCarloConfig,
+}
+
+impl Default for LocaliserConfig {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            start_m: 0.15,
+            start_rad: 0.07,
+            fit_s: 1.5,
+            lost_fit: 0.35,
+            found_fit: 0.6,
+            found_share: 0.9,
+            found_sigma_m: 0.25,
+            found_way: 2.0,
+            search_way: 8.0,
+            jump_m: 0.1,
+            jump_rad: 0.06,
+            jump_fit: 0.1,
+            monte_carlo: MonteCarloConfig::default(),
+        }
+    }
+}
+
+impl LocaliserConfig {
+    fn check(&self) -> Result<(), LocaliseError> {
+        for (key, value, least, most) in [
+            ("start_m", self.start_m, 0.0, 100.0),
+            ("start_rad", self.start_rad, 0.0, 10.0),
+            ("fit_s", self.fit_s, 1e-3, 1e3),
+            ("lost_fit", self.lost_fit, 0.0, 1.0),
+            ("found_fit", self.found_fit, 0.0, 1.0),
+            ("found_share", self.found_share, 0.0, 1.0),
+            ("found_sigma_m", self.found_sigma_m, 0.0, 100.0),
+            ("found_way", self.found_way, 0.0, 1e3),
+            ("search_way", self.search_way, 0.1, 1e3),
+            ("jump_m", self.jump_m, 0.0, 100.0),
+            ("jump_rad", self.jump_rad, 0.0, 10.0),
+            ("jump_fit", self.jump_fit, 0.0, 1.0),
+        ] {
+            if !(value >= least && value <= most) {
+                let key = key.to_owned();
+                return Err(LocaliseError::LocaliseValueOutOfRange { key, value, least, most });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether the pose is known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum LocaliseState {
+    /// The map explains what is measured at the pose.
+    Tracking,
+    /// It does not, or nothing was known at the start: the whole map is searched.
+    Searching,
+}
+
+/// What one tick did.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LocaliseReport {
+    /// Whether the pose is known.
+    pub state: LocaliseState,
+    /// Share of the readings that the map explains at the pose, over the last while.
+    pub fit: f64,
+    /// The same at the heaviest place of the set of poses.
+    pub candidate_fit: f64,
+    /// The heaviest place of the set of poses.
+    pub candidate: Option<PoseEstimate>,
+    /// Poses weighed by a search of the whole map in this tick; 0 without one.
+    pub searched: usize,
+    /// The pose was moved to the candidate: by (x, y, heading), world frame.
+    pub jump: Option<Pose2>,
+    /// What matching readings to the map did.
+    pub matching: Option<MatchReport>,
+}
+
+/// Share of readings explained, averaged over the last while.
+#[derive(Clone, Copy, Debug, Default)]
+struct Fit {
+    value: f64,
+    seen_s: f64,
+}
+
+impl Fit {
+    /// Too few readings say nothing.
+    const LEAST: usize = 3;
+
+    fn add(&mut self, explained: super::scan::Explained, dt_s: f64, over_s: f64) {
+        if explained.judged < Self::LEAST {
+            return;
+        }
+        self.seen_s += dt_s;
+        let share = explained.explained as f64 / explained.judged as f64;
+        // A plain mean at first.
+        let gain = (dt_s / over_s).max(dt_s / self.seen_s).min(1.0);
+        self.value += gain * (share - self.value);
+    }
+
+    fn has_lasted(&self, for_s: f64) -> bool {
+        self.seen_s >= for_s
+    }
+}
+
+/// Keeps a pose on a known map, finds it when nothing is known, and notices when it is wrong.
+///
+/// [`MapMatcher`] corrects the pose a little at each tick. A set of poses ([`MonteCarlo`]) is weighed
+/// beside it: where the map explains more at its heaviest place, the pose goes there. When the map
+/// explains too little at the pose, all of the map is searched, and the pose is only moved to what has
+/// proven itself on the way.
+#[derive(Clone, Debug)]
+pub struct Localiser {
+    config: LocaliserConfig,
+    matcher: MapMatcher,
+    monte_carlo: MonteCarlo,
+    state: LocaliseState,
+    fit: Fit,
+    candidate_fit: Fit,
+    /// Pose after the last tick.
+    last: Option<Pose2>,
+    /// Metres and radians since the last search.
+    way: f64,
+    begun: bool,
+}
+
+/// Why a localiser was refused: one of its parts.
+#[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize)]
+#[serde(untagged)]
+pub enum LocaliserError {
+    /// The set of poses, the map or the profile.
+    #[error(transparent)]
+    Localise(#[from] LocaliseError),
+    /// The matcher.
+    #[error(transparent)]
+    Matching(#[from] MatchingError),
+}
+
+impl Localiser {
+    /// A localiser on `map`. `knows_start`: the odometry begins at a pose that is about right;
+    /// otherwise the robot may be anywhere.
+    ///
+    /// # Errors
+    /// [`LocaliserError`] names the setting, or what is wrong with the map or the profile.
+    pub fn new(
+        config: &LocaliserConfig,
+        matching: &MatchingConfig,
+        profile: &RobotProfile,
+        map: &OccupancyGrid,
+        knows_start: bool,
+    ) -> Result<Self, LocaliserError> {
+        config.check()?;
+        let field = Arc::new(SurfaceField::new(map));
+        Ok(Self {
+            matcher: MapMatcher::on(matching, map, field.clone())?,
+            monte_carlo: MonteCarlo::on(&config.monte_carlo, profile, map, field, config.seed)?,
+            state: if knows_start { LocaliseState::Tracking } else { LocaliseState::Searching },
+            fit: Fit::default(),
+            candidate_fit: Fit::default(),
+            last: None,
+            way: 0.0,
+            begun: false,
+            config: *config,
+        })
+    }
+
+    /// Whether the pose is known.
+    pub fn state(&self) -> LocaliseState {
+        self.state
+    }
+
+    /// The set of poses.
+    pub fn monte_carlo(&self) -> &MonteCarlo {
+        &self.monte_carlo
+    }
+
+    /// Forgets the pose: the robot may be anywhere.
+    pub fn forget(&mut self) {
+        self.state = LocaliseState::Searching;
+        self.begun = false;
+    }
+
+    /// The pose of the odometry was set from outside; the set of poses begins around it.
+    pub fn believe(&mut self) {
+        self.state = LocaliseState::Tracking;
+        self.begun = false;
+    }
+
+    /// One tick: corrects `odometry`, whose pose is of now, by `ranges_m` taken at it.
+    ///
+    /// While searching, the pose of the odometry is not moved until one is found: it is then the old
+    /// one, carried on by wheels and gyroscope.
+    ///
+    /// # Errors
+    /// [`LocaliserError`] when there are not as many ranges as sensors.
+    pub fn correct(
+        &mut self,
+        odometry: &mut Odometry,
+        profile: &RobotProfile,
+        ranges_m: &[f64],
+        dt_s: f64,
+    ) -> Result<LocaliseReport, LocaliserError> {
+        let now = odometry.pose();
+        let motion = self.last.map_or(Pose2::IDENTITY, |last| last.inverse() * now);
+        let mut searched = 0;
+        if self.begun {
+            self.monte_carlo.predict(motion)?;
+            self.way += motion.x.hypot(motion.y) + motion.heading.abs();
+        } else {
+            searched = self.begin(now, ranges_m)?;
+        }
+        let tracking = self.state == LocaliseState::Tracking;
+        let matching = if tracking { Some(self.matcher.correct(odometry, profile, ranges_m)?) } else { None };
+        if self.monte_carlo.is_due() {
+            self.monte_carlo.update(ranges_m)?;
+        }
+
+        let pose = odometry.pose();
+        let candidate = self.monte_carlo.estimate();
+        self.fit.add(self.matcher.explained(pose, profile, ranges_m), dt_s, self.config.fit_s);
+        if let Some(candidate) = candidate {
+            let explained = self.matcher.explained(candidate.pose, profile, ranges_m);
+            self.candidate_fit.add(explained, dt_s, self.config.fit_s);
+        }
+        let jump = match self.state {
+            LocaliseState::Tracking => self.track(odometry, candidate, ranges_m, &mut searched)?,
+            LocaliseState::Searching => self.seek(odometry, candidate, ranges_m, &mut searched)?,
+        };
+        self.last = Some(odometry.pose());
+        Ok(LocaliseReport {
+            state: self.state,
+            fit: self.fit.value,
+            candidate_fit: self.candidate_fit.value,
+            candidate,
+            searched,
+            jump,
+            matching,
+        })
+    }
+
+    /// The set of poses begins anew: around the pose, or anywhere. Gives the poses weighed.
+    fn begin(&mut self, pose: Pose2, ranges_m: &[f64]) -> Result<usize, LocaliserError> {
+        self.begun = true;
+        self.way = 0.0;
+        self.candidate_fit = Fit::default();
+        if self.state == LocaliseState::Searching {
+            return Ok(self.monte_carlo.search(ranges_m)?);
+        }
+        self.fit = Fit::default();
+        self.monte_carlo.spread(pose, self.config.start_m, self.config.start_rad)?;
+        Ok(0)
+    }
+
+    /// The pose is believed: does the set of poses know better? Does the map still explain it?
+    fn track(
+        &mut self,
+        odometry: &mut Odometry,
+        candidate: Option<PoseEstimate>,
+        ranges_m: &[f64],
+        searched: &mut usize,
+    ) -> Result<Option<Pose2>, LocaliserError> {
+        let c = self.config;
+        let pose = odometry.pose();
+        let known = self.fit.has_lasted(0.5 * c.fit_s) && self.candidate_fit.has_lasted(0.5 * c.fit_s);
+        if let Some(candidate) = candidate.filter(|candidate| known && self.is_elsewhere(pose, candidate)) {
+            let better = self.candidate_fit.value - self.fit.value;
+            if better >= c.jump_fit
+                && candidate.share >= c.found_share
+                && candidate.sigma_m() <= c.found_sigma_m
+            {
+                return Ok(Some(self.jump(odometry, &candidate)));
+            }
+            if better <= -c.jump_fit {
+                // It is the set of poses that has gone astray.
+                self.monte_carlo.spread(pose, c.start_m, c.start_rad)?;
+                self.candidate_fit = Fit::default();
+            }
+        }
+        if self.fit.has_lasted(c.fit_s)
+            && self.fit.value < c.lost_fit
+            && self.candidate_fit.value < c.lost_fit
+        {
+            self.state = LocaliseState::Searching;
+            *searched = self.begin(pose, ranges_m)?;
+        }
+        Ok(None)
+    }
+
+    /// The pose is lost: has one been found? Was the old one right after all?
+    fn seek(
+        &mut self,
+        odometry: &mut Odometry,
+        candidate: Option<PoseEstimate>,
+        ranges_m: &[f64],
+        searched: &mut usize,
+    ) -> Result<Option<Pose2>, LocaliserError> {
+        let c = self.config;
+        let found = candidate.filter(|candidate| {
+            self.way >= c.found_way
+                && self.candidate_fit.has_lasted(c.fit_s)
+                && self.candidate_fit.value >= c.found_fit
+                && candidate.share >= c.found_share
+                && candidate.sigma_m() <= c.found_sigma_m
+        });
+        if let Some(candidate) = found {
+            self.state = LocaliseState::Tracking;
+            return Ok(Some(self.jump(odometry, &candidate)));
+        }
+        if self.way >= c.search_way {
+            *searched = self.begin(odometry.pose(), ranges_m)?;
+        }
+        Ok(None)
+    }
+
+    fn is_elsewhere(&self, pose: Pose2, candidate: &PoseEstimate) -> bool {
+        candidate.pose.position().distance(pose.position()) > self.config.jump_m
+            || wrap_angle(candidate.pose.heading - pose.heading).abs() > self.config.jump_rad
+    }
+
+    fn jump(&mut self, odometry: &mut Odometry, candidate: &PoseEstimate) -> Pose2 {
+        let before = odometry.pose();
+        odometry.relocate(candidate.pose, &candidate.covariance);
+        self.fit = self.candidate_fit;
+        Pose2::new(
+            candidate.pose.x - before.x,
+            candidate.pose.y - before.y,
+            candidate.pose.heading - before.heading,
+        )
+    }
+}
