@@ -60,7 +60,11 @@ def test_a_goal_in_a_wall_is_refused_with_exit_code_3(command, tmp_path):
         ('place = "goal"', 'place = "moon"', "ScenarioPlaceUnknown"),
         ('map = "room"', 'map = "moon"', "MapNotFound"),
         ('pose = "odometry"', 'pose = "odometry"\nprofile = "moon"', "ProfileNotFound"),
-        ('pose = "odometry"', 'pose = "localised"', "PoseSourceUnavailable"),
+        (
+            'map = "room"\nrobot = "kinematic"\npose = "odometry"',
+            'map = "none"\nworld = { map = "room" }\npose = "localised"',
+            "PoseSourceUnavailable",
+        ),
         ('pose = "odometry"', 'pose = "odometry"\nnavigator = { speed = 1 }', "ScenarioInvalid"),
         ('place = "start"', "x_m = 3.2\ny_m = 0.5", "StandsInObstacle"),
     ],

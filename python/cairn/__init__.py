@@ -11,6 +11,7 @@ from cairn.graphs import (
     plan_graph,
     plan_layered,
 )
+from cairn.localisation import Localiser
 from cairn.navigator import Decision, Navigator
 from cairn.planning import Field, plan, plan_grid
 from cairn.profile import Profile
@@ -26,6 +27,7 @@ __all__ = [
     "FuzzySystem",
     "GraphField",
     "LayeredResult",
+    "Localiser",
     "Navigator",
     "Profile",
     "Tracker",

@@ -156,9 +156,10 @@ class MonteCarlo:
 class Localiser:
     """Odometry kept on a known map, found when nothing is known, noticed when it is wrong.
 
-    Ranges matched to the map correct the pose a little at each tick. A set of poses is weighed beside
-    it: where the map explains more at its heaviest place, the pose goes there. When the map explains
-    too little, all of it is searched; the pose is moved only to what has proven itself on the way.
+    Ranges matched to the map correct the pose a little at each tick. A set of poses is weighed
+    beside it: where the map explains more at its heaviest place, the pose goes there. When the map
+    explains too little, all of it is searched; the pose is moved only to what has proven itself on
+    the way.
 
     Args:
         world: the map.
@@ -255,6 +256,11 @@ class Localiser:
     def is_found(self) -> bool:
         """Whether the pose is known."""
         return self._brain.is_found
+
+    @property
+    def learnt(self) -> tuple[float, float, float]:
+        """(path scale [m/m], gyro scale [rad/rad], gyro bias [rad/s]), as `Odometry` has them."""
+        return self._brain.learnt
 
     @property
     def pose(self) -> tuple[float, float, float]:

@@ -18,7 +18,9 @@ class Odometry:
     """Encoders and gyro fused into a pose with covariance: an extended Kalman filter.
 
     The turn of a tick is the mean of both, each weighted by the other's variance; the path is the
-    mean of the two sides along the exact arc [Maalouf06 §2 (1)]. At rest the gyro shows its bias.
+    mean of the two sides along the exact arc [Maalouf06 §2 (1)]. At rest the gyro shows its bias;
+    in turns it teaches how the wheels slip. The scales of encoders and gyro are part of the state,
+    and learnt where ranges are matched to a map [Martinelli07].
 
     Args:
         profile: whose wheels they are.
@@ -93,6 +95,26 @@ class Odometry:
     def path_m(self) -> float:
         """Length of the path driven so far [m]."""
         return self._brain.path_m
+
+    @property
+    def effective_track_m(self) -> tuple[float, float]:
+        """Effective track as learnt from the gyro, and its standard deviation [m]."""
+        return self._brain.effective_track_m
+
+    @property
+    def veer_radpm(self) -> float:
+        """Turn per path of wheels that are not alike, learnt from the gyro [rad/m]."""
+        return self._brain.veer_radpm
+
+    @property
+    def path_scale(self) -> float:
+        """What a metre of the encoders is too short by, learnt from a map [m/m]."""
+        return self._brain.path_scale
+
+    @property
+    def gyro_scale(self) -> float:
+        """What a radian of the gyro is too short by, learnt from a map [rad/rad]."""
+        return self._brain.gyro_scale
 
 
 @dataclass(frozen=True)

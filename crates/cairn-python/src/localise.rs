@@ -157,6 +157,13 @@ impl Localiser {
         self.inner.state() == LocaliseState::Tracking
     }
 
+    /// (path scale, gyro scale, gyro bias [rad/s]) as learnt so far.
+    #[getter]
+    fn learnt(&self) -> Triple {
+        let odometry = &self.odometry;
+        (odometry.path_scale(), odometry.gyro_scale(), odometry.gyro_bias_radps())
+    }
+
     #[getter]
     fn pose(&self) -> Triple {
         triple(self.odometry.pose())

@@ -213,6 +213,26 @@ impl Odometry {
     fn path_m(&self) -> f64 {
         self.inner.path_m()
     }
+
+    #[getter]
+    fn effective_track_m(&self) -> (f64, f64) {
+        self.inner.effective_track_m()
+    }
+
+    #[getter]
+    fn veer_radpm(&self) -> f64 {
+        self.inner.veer_radpm()
+    }
+
+    #[getter]
+    fn path_scale(&self) -> f64 {
+        self.inner.path_scale()
+    }
+
+    #[getter]
+    fn gyro_scale(&self) -> f64 {
+        self.inner.gyro_scale()
+    }
 }
 
 /// Small pose corrections from sonar against a known map; wrapped by `cairn.odometry.MapMatcher`.

@@ -7,10 +7,21 @@ from cairn.cli import (
     bench,
     bench_nav,
     doctor,
+    localise,
     plan,
     reproduce,
     run,
 )  # they add their commands to the application
 from cairn.cli.root import app, main
 
-__all__ = ["app", "bench", "bench_nav", "doctor", "main", "plan", "reproduce", "run"]
+__all__ = [
+    "app",
+    "bench",
+    "bench_nav",
+    "doctor",
+    "localise",
+    "main",
+    "plan",
+    "reproduce",
+    "run",
+]

@@ -384,6 +384,12 @@ class LocaliseInputNotFinite(CairnError):
     value: float
 
 
+class SpinTestRefused(CairnError):
+    """A spin test cannot be done as asked, or the robot does not turn."""
+
+    reason: str
+
+
 # ---- navigating ----------------------------------------------------------------------------------
 
 

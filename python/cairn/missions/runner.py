@@ -75,6 +75,8 @@ def run(
     began = time.perf_counter()
     scene = setting(scenario, seed)
     built = time.perf_counter()
+    config_hash = scenario.config_hash()
+    scenario = scenario.model_copy(update={"pose": scenario.pose or scene.pose})
     loop = _Loop(scenario, scene, list(observers))
     loop.play()
     ended = time.perf_counter()
@@ -83,7 +85,7 @@ def run(
         scenario=scenario,
         seed=seed,
         version=cairn.__version__,
-        config_hash=scenario.config_hash(),
+        config_hash=config_hash,
         time_s=loop.time_s,
         robots=robots,
         unmet=_unmet(scenario, robots),

@@ -51,6 +51,7 @@ class Start(_Where):
     """Where a robot stands at the beginning; the heading is counter-clockwise from +x."""
 
     heading_rad: float | None = None
+    known: bool = True  # to the navigator; otherwise it has to find out where it stands
 
     @model_validator(mode="after")
     def _is_one_place(self) -> Start:
@@ -214,7 +215,7 @@ class Scenario(_Model):
     goals: Annotated[tuple[Goal, ...], Field(min_length=1)]
     boxes: tuple[Box, ...] = ()
     events: tuple[Event, ...] = ()
-    pose: Literal["odometry", "localised", "truth"] = "odometry"
+    pose: Literal["odometry", "localised", "truth"] | None = None  # localised where a map is
     noise: NotNegative = 1.0
     seed: Seed = 1
     timeout_s: Positive = 600.0
@@ -234,6 +235,8 @@ class Scenario(_Model):
         for event in self.events:
             if event.robot >= count:
                 raise ValueError(f"an event is for robot {event.robot}, but there are {count}")
+        if self.pose in ("odometry", "truth") and not all(e.start.known for e in self.starts):
+            raise ValueError('`known = false` is for `pose = "localised"`')
         names = [entry.name for entry in self.robots]
         if len(set(names)) < len(names):
             raise ValueError("two robots have the same name")

@@ -37,6 +37,7 @@ class Setting:
     world: World
     known: World | None
     agents: list[Agent]
+    pose: str = "odometry"  # what the navigators know of theirs: see `Scenario`
 
     def point_of(self, where: Start | Goal | NewGoal) -> tuple[float, float]:
         """Return the point [m, world frame] a scenario means."""
@@ -54,8 +55,8 @@ def build(scenario: Scenario, seed: int) -> Setting:
     known = None if scenario.map == "none" else load_map(scenario.map, scenario.folder)
     world = known if scenario.world is None else load_map(scenario.world.map, scenario.folder)
     assert world is not None  # the scenario is checked: no map needs a world
-    _check_pose_source(scenario.pose)
     profile = cairn.Profile.load(_beside(scenario.profile, scenario.folder))
+    pose = _pose_source(scenario, known, profile)
     scene = robots.Scene.from_world(world, [_box(box) for box in scenario.boxes])
     noise = None if profile.noise is None else profile.noise.scaled(scenario.noise)
     for goal in scenario.goals:
@@ -78,19 +79,28 @@ def build(scenario: Scenario, seed: int) -> Setting:
         Agent(
             entry.name,
             body,
-            _navigator(scenario, profile, known, start),
+            _navigator(scenario, profile, known, start if entry.start.known else None, pose, own),
             [*scenario.goals, *entry.goals],
         )
-        for entry, body, start in zip(scenario.starts, bodies, starts, strict=True)
+        for entry, body, start, own in zip(scenario.starts, bodies, starts, seeds, strict=True)
     ]
-    return Setting(world, known, agents)
+    return Setting(world, known, agents, pose)
 
 
 def _navigator(
-    scenario: Scenario, profile: cairn.Profile, known: World | None, start: Pose
+    scenario: Scenario,
+    profile: cairn.Profile,
+    known: World | None,
+    start: Pose | None,
+    pose: str,
+    seed: int,
 ) -> cairn.Navigator:
+    config = dict(scenario.navigator)
+    if pose == "localised":
+        config["localise"] = True
+        config["localiser"] = {"seed": seed, **config.get("localiser", {})}
     try:
-        return cairn.Navigator(profile, known, start=start, config=scenario.navigator or None)
+        return cairn.Navigator(profile, known, start=start, config=config or None)
     except errors.SettingsInvalid as error:
         raise errors.ScenarioInvalid(
             f"scenario `{scenario.name}`: `navigator`: {error}",
@@ -119,14 +129,16 @@ def _box(box: Box) -> robots.Box:
     )
 
 
-def _check_pose_source(pose: str) -> None:
-    sources = getattr(cairn.Navigator, "pose_sources", ("odometry", "truth"))
-    if pose not in sources:
+def _pose_source(scenario: Scenario, known: World | None, profile: cairn.Profile) -> str:
+    """What the scenario says, or localised wherever a map shows something to recognise."""
+    shows = known is not None and bool((known.occupancy == 1).any())
+    sees = profile.range_count > 0
+    if scenario.pose == "localised" and not (shows and sees):
+        why = "the robot has no sonar or lidar" if shows else "there is no map with walls on it"
         raise errors.PoseSourceUnavailable(
-            f'pose = "{pose}": not yet; localisation in a known map is later work. '
-            f"There is {' and '.join(sources)}",
-            pose=pose,
+            f'pose = "localised": {why} to recognise a place by', pose=scenario.pose
         )
+    return scenario.pose or ("localised" if shows and sees else "odometry")
 
 
 def point_of(where: Start | Goal | NewGoal, world: World) -> tuple[float, float]:

@@ -165,7 +165,7 @@ impl MapMatcher {
             });
         }
         let c = &self.config;
-        let (before, spread_before) = (odometry.pose, odometry.covariance);
+        let (before, spread_before, learnt_before) = (odometry.pose, odometry.covariance, odometry.learnt());
         let mut report = MatchReport::default();
         let mut echoes = Vec::with_capacity(profile.sonars.len());
         for (sonar, &range_m) in profile.sonars.iter().zip(ranges_m) {
@@ -202,7 +202,9 @@ impl MapMatcher {
         let share = (c.most_m / dx.hypot(dy).max(1e-12)).min(c.most_rad / turn.abs().max(1e-12)).min(1.0);
         if share < 1.0 {
             report.bounded = true;
-            odometry.covariance = spread_before; // the rest of the correction is still to come
+            // The rest of the correction is still to come, and teaches nothing before it is done.
+            odometry.covariance = spread_before;
+            odometry.set_learnt(learnt_before);
         }
         report.correction = Pose2 { x: dx * share, y: dy * share, heading: turn * share };
         odometry.nudge_to(Pose2::new(
@@ -230,7 +232,7 @@ impl MapMatcher {
         }
         let u = toward * (1.0 / toward.norm());
         let arm = sonar_in_world.position() - before.position();
-        let h = [-u.x, -u.y, -(u.y * arm.x - u.x * arm.y), 0.0];
+        let h = [-u.x, -u.y, -(u.y * arm.x - u.x * arm.y)];
         // The prediction was made at `before`; echoes used since have moved the pose.
         let pose = odometry.pose;
         let moved = h[0] * (pose.x - before.x)
@@ -242,11 +244,11 @@ impl MapMatcher {
             sigma *= c.corner_factor;
         }
         let p = &odometry.covariance;
-        let expected: f64 = (0..4).map(|i| (0..4).map(|j| h[i] * p[i][j] * h[j]).sum::<f64>()).sum();
+        let expected: f64 = (0..3).map(|i| (0..3).map(|j| h[i] * p[i][j] * h[j]).sum::<f64>()).sum();
         if innovation * innovation > c.gate_sigma * c.gate_sigma * (expected + sigma * sigma) {
             return false;
         }
-        odometry.update(h, innovation, sigma * sigma / c.independence);
+        odometry.update_pose(h, innovation, sigma * sigma / c.independence);
         true
     }
 }

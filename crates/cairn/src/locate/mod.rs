@@ -9,6 +9,7 @@ mod modes;
 mod monte_carlo;
 mod odometry;
 mod scan;
+mod slip;
 
 pub use localiser::{LocaliseReport, LocaliseState, Localiser, LocaliserConfig, LocaliserError};
 pub use matching::{MapMatcher, MatchReport, MatchingConfig, MatchingError};

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::slip::Slip;
 use crate::geometry::{Pose2, Twist2, wrap_angle};
 use crate::robot::Drive;
 
@@ -39,6 +40,17 @@ pub struct OdometryConfig {
     pub gyro_bias_radps: f64,
     /// Growth of the bias' variance \[(rad/s)²/s\].
     pub gyro_bias_walk: f64,
+    /// Standard deviation of what a metre of the encoders is too long or too short by \[m/m\].
+    pub path_scale: f64,
+    /// The same of a radian of the gyro \[rad/rad\].
+    pub gyro_scale: f64,
+    /// Standard deviation of the turn per turn of the wheels, learnt from the gyro: the floor decides
+    /// how skid-steer wheels slip.
+    pub slip_gain: f64,
+    /// Standard deviation of the turn per path of wheels that are not alike \[rad/m\], learnt likewise.
+    pub slip_veer_radpm: f64,
+    /// Growth of the variance of the slip's gain per turn of the wheels: floors change \[1/rad\].
+    pub slip_walk: f64,
     /// The wheels must stand this long before the gyro's output counts as bias \[s\].
     pub rest_s: f64,
     /// Turning faster than this by the gyro is not rest, whatever the wheels say \[rad/s\].
@@ -63,6 +75,11 @@ impl Default for OdometryConfig {
             gyro_rest_rad2_per_s: 4e-7,
             gyro_bias_radps: 0.001,
             gyro_bias_walk: 1e-9,
+            path_scale: 0.005,
+            gyro_scale: 0.003,
+            slip_gain: 0.1,
+            slip_veer_radpm: 0.02,
+            slip_walk: 1e-5,
             rest_s: 0.3,
             rest_radps: 0.05,
             start_m: 0.0,
@@ -94,23 +111,45 @@ pub enum OdometryError {
     },
 }
 
-/// Index of the gyro's bias in the state (x, y, heading, bias).
+/// The state is (x, y, heading, gyro bias, path scale, gyro scale); the scales are errors per unit.
+const N: usize = 6;
 const BIAS: usize = 3;
+const PATH: usize = 4;
+const GYRO: usize = 5;
 
-pub(super) type Cov4 = [[f64; 4]; 4];
+/// Of the variance of the wheels' turn this share remains once their slip is learnt.
+const LEARNING: f64 = 0.1;
 
-/// Where the robot is by its own motion: an extended Kalman filter over (x, y, heading, gyro bias).
+pub(super) type State = [f64; N];
+type Covariance = [[f64; N]; N];
+
+/// The turn of one tick.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    rad: f64,
+    variance: f64,
+    /// The share the gyro had in it.
+    gyro_share: f64,
+    /// By the gyro alone.
+    gyro_rad: f64,
+}
+
+/// Where the robot is by its own motion: an extended Kalman filter over its pose, the gyro's bias, and
+/// the scales of encoders and gyro, which only a map can teach `[Martinelli07]`.
 ///
 /// The turn of a tick is the mean of the encoders' and the gyro's, each weighted by the other's
 /// variance; the path is the mean of both sides along the exact arc of equation (1) `[Maalouf06 §2]`.
-/// At rest the gyro's output is its bias.
+/// At rest the gyro's output is its bias; while it turns, the gyro teaches how the wheels slip.
 #[derive(Clone, Debug)]
 pub struct Odometry {
     config: OdometryConfig,
     effective_track_m: f64,
     pub(super) pose: Pose2,
     bias_radps: f64,
-    pub(super) covariance: Cov4,
+    path_scale: f64,
+    gyro_scale: f64,
+    slip: Slip,
+    pub(super) covariance: Covariance,
     twist: Twist2,
     resting_s: f64,
     path_m: f64,
@@ -134,6 +173,11 @@ impl Odometry {
             ("gyro_rest_rad2_per_s", config.gyro_rest_rad2_per_s, 0.0),
             ("gyro_bias_radps", config.gyro_bias_radps, 0.0),
             ("gyro_bias_walk", config.gyro_bias_walk, 0.0),
+            ("path_scale", config.path_scale, 0.0),
+            ("gyro_scale", config.gyro_scale, 0.0),
+            ("slip_gain", config.slip_gain, 0.0),
+            ("slip_veer_radpm", config.slip_veer_radpm, 0.0),
+            ("slip_walk", config.slip_walk, 0.0),
             ("rest_s", config.rest_s, 0.0),
             ("rest_radps", config.rest_radps, 0.0),
             ("start_m", config.start_m, 0.0),
@@ -149,12 +193,17 @@ impl Odometry {
             effective_track_m: drive.effective_track_m,
             pose: start,
             bias_radps: 0.0,
-            covariance: [[0.0; 4]; 4],
+            path_scale: 0.0,
+            gyro_scale: 0.0,
+            slip: Slip::new(config.slip_gain, config.slip_veer_radpm),
+            covariance: [[0.0; N]; N],
             twist: Twist2::ZERO,
             resting_s: 0.0,
             path_m: 0.0,
         };
         odometry.covariance[BIAS][BIAS] = config.gyro_bias_radps.powi(2);
+        odometry.covariance[PATH][PATH] = config.path_scale.powi(2);
+        odometry.covariance[GYRO][GYRO] = config.gyro_scale.powi(2);
         odometry.place(start);
         Ok(odometry)
     }
@@ -188,40 +237,57 @@ impl Odometry {
             });
         }
         self.learn_bias(wheels, gyro_radps, dt_s);
-        let path_m = (wheels.left_m + wheels.right_m) / 2.0;
-        let (turn_rad, turn_var, gyro_share) = self.fused_turn(wheels, gyro_radps, dt_s);
-        self.spread(path_m, turn_rad, turn_var, gyro_share * dt_s);
+        let by_wheels_m = (wheels.left_m + wheels.right_m) / 2.0;
+        let path_m = by_wheels_m * (1.0 + self.path_scale);
+        let turn = self.fused_turn(wheels, gyro_radps, dt_s);
+        let per_scale = [by_wheels_m, turn.gyro_share * turn.gyro_rad];
+        self.spread(path_m, turn.rad, turn.variance, turn.gyro_share * dt_s, per_scale);
         self.covariance[BIAS][BIAS] += self.config.gyro_bias_walk * dt_s;
         // Twist2 over one second has exactly this path and turn.
-        self.pose = self.pose.moved(Twist2::new(path_m, turn_rad), 1.0);
+        self.pose = self.pose.moved(Twist2::new(path_m, turn.rad), 1.0);
+        let turn_rad = turn.rad;
         self.twist = Twist2::new(path_m / dt_s, turn_rad / dt_s);
         self.path_m += path_m.abs();
         Ok(())
     }
 
-    /// Turn, its variance, and the share the gyro had in it.
-    fn fused_turn(&self, wheels: WheelTravel, gyro_radps: Option<f64>, dt_s: f64) -> (f64, f64, f64) {
-        let c = &self.config;
-        let path_m = ((wheels.left_m + wheels.right_m) / 2.0).abs();
-        let by_wheels = (wheels.right_m - wheels.left_m) / self.effective_track_m;
+    fn fused_turn(&mut self, wheels: WheelTravel, gyro_radps: Option<f64>, dt_s: f64) -> Turn {
+        let c = self.config;
+        let path_m = (wheels.left_m + wheels.right_m) / 2.0;
+        let plain = (wheels.right_m - wheels.left_m) / self.effective_track_m;
+        let by_wheels = self.slip.turn(plain, path_m);
         let mut wheels_var =
-            c.encoder_turn_rad2_per_rad * by_wheels.abs() + c.encoder_turn_rad2_per_m * path_m;
-        let Some(gyro_radps) = gyro_radps else { return (by_wheels, wheels_var, 0.0) };
-        let by_gyro = (gyro_radps - self.bias_radps) * dt_s;
+            c.encoder_turn_rad2_per_rad * by_wheels.abs() + c.encoder_turn_rad2_per_m * path_m.abs();
+        let Some(gyro_radps) = gyro_radps else {
+            return Turn { rad: by_wheels, variance: wheels_var, gyro_share: 0.0, gyro_rad: 0.0 };
+        };
+        let by_gyro = (gyro_radps - self.bias_radps) * dt_s * (1.0 + self.gyro_scale);
         let gyro_var = c.gyro_rad2_per_s * dt_s + c.gyro_rad2_per_rad * by_gyro.abs();
         // Wheels that stand, or roll straight, while the gyro clearly turns: something shoved the robot.
         let beyond = (by_gyro - by_wheels).abs() - c.rest_radps * dt_s - 3.0 * (wheels_var + gyro_var).sqrt();
+        if beyond <= 0.0 && (plain != 0.0 || path_m != 0.0) {
+            let walk = [c.slip_walk * plain.abs(), 0.0];
+            self.slip.learn(plain, path_m, by_gyro, LEARNING * wheels_var + gyro_var, walk);
+        }
         wheels_var += beyond.max(0.0).powi(2) * 100.0;
         if wheels_var + gyro_var == 0.0 {
-            return (by_wheels, 0.0, 0.0);
+            return Turn { rad: by_wheels, variance: 0.0, gyro_share: 0.0, gyro_rad: by_gyro };
         }
         let gyro_share = wheels_var / (wheels_var + gyro_var);
-        let turn = by_wheels + gyro_share * (by_gyro - by_wheels);
-        (turn, gyro_share * gyro_var, gyro_share)
+        let rad = by_wheels + gyro_share * (by_gyro - by_wheels);
+        Turn { rad, variance: gyro_share * gyro_var, gyro_share, gyro_rad: by_gyro }
     }
 
-    /// P ← F P Fᵀ + G Q Gᵀ for a motion of `path_m` and `turn_rad`.
-    fn spread(&mut self, path_m: f64, turn_rad: f64, turn_var: f64, turn_per_bias: f64) {
+    /// P ← F P Fᵀ + G Q Gᵀ for a motion of `path_m` and `turn_rad`, which change by these per unit of
+    /// bias and of both scales.
+    fn spread(
+        &mut self,
+        path_m: f64,
+        turn_rad: f64,
+        turn_var: f64,
+        turn_per_bias: f64,
+        [path_per_scale, turn_per_scale]: [f64; 2],
+    ) {
         let c = &self.config;
         let moved = Twist2::new(path_m, turn_rad).displacement(1.0);
         // Displacement of an arc and its derivatives by path and turn, world frame.
@@ -250,6 +316,11 @@ impl Odometry {
         f[0][BIAS] = -by_turn.0 * turn_per_bias;
         f[1][BIAS] = -by_turn.1 * turn_per_bias;
         f[2][BIAS] = -turn_per_bias;
+        f[0][PATH] = by_path.0 * path_per_scale;
+        f[1][PATH] = by_path.1 * path_per_scale;
+        f[0][GYRO] = by_turn.0 * turn_per_scale;
+        f[1][GYRO] = by_turn.1 * turn_per_scale;
+        f[2][GYRO] = turn_per_scale;
         let mut p = multiply(&multiply(&f, &self.covariance), &transpose(&f));
         let slip = c.path_m2_per_rad * turn_rad.abs();
         for (direction, variance) in [
@@ -281,30 +352,32 @@ impl Odometry {
         }
         // Mean of a rate over dt of white noise with this variance of its integral.
         let noise = (self.config.gyro_rest_rad2_per_s / dt_s).max(1e-12);
-        self.update([0.0, 0.0, 0.0, 1.0], gyro_radps - self.bias_radps, noise);
+        let mut h = [0.0; N];
+        h[BIAS] = 1.0;
+        self.update(h, gyro_radps - self.bias_radps, noise);
     }
 
     /// Kalman update by one number: state += K·innovation, in Joseph form.
-    pub(super) fn update(&mut self, h: [f64; 4], innovation: f64, noise: f64) {
+    pub(super) fn update(&mut self, h: State, innovation: f64, noise: f64) {
         let p = &self.covariance;
-        let mut ph = [0.0; 4];
+        let mut ph = [0.0; N];
         for (i, v) in ph.iter_mut().enumerate() {
-            *v = (0..4).map(|j| p[i][j] * h[j]).sum();
+            *v = (0..N).map(|j| p[i][j] * h[j]).sum();
         }
-        let s: f64 = (0..4).map(|i| h[i] * ph[i]).sum::<f64>() + noise;
+        let s: f64 = (0..N).map(|i| h[i] * ph[i]).sum::<f64>() + noise;
         if !(s.is_finite() && s > 0.0) {
             return;
         }
         let gain = ph.map(|v| v / s);
         let mut a = identity();
-        for i in 0..4 {
-            for j in 0..4 {
+        for i in 0..N {
+            for j in 0..N {
                 a[i][j] -= gain[i] * h[j];
             }
         }
         let mut next = multiply(&multiply(&a, p), &transpose(&a));
-        for i in 0..4 {
-            for j in 0..4 {
+        for i in 0..N {
+            for j in 0..N {
                 next[i][j] += noise * gain[i] * gain[j];
             }
         }
@@ -315,6 +388,8 @@ impl Odometry {
             self.pose.heading + gain[2] * innovation,
         );
         self.bias_radps += gain[BIAS] * innovation;
+        self.path_scale += gain[PATH] * innovation;
+        self.gyro_scale += gain[GYRO] * innovation;
     }
 
     /// Where the robot is believed to be, world frame.
@@ -342,6 +417,28 @@ impl Odometry {
         self.covariance[BIAS][BIAS].max(0.0).sqrt()
     }
 
+    /// What a metre of the encoders is too short by \[m/m\]: learnt where ranges are matched to a map.
+    pub fn path_scale(&self) -> f64 {
+        self.path_scale
+    }
+
+    /// What a radian of the gyro is too short by \[rad/rad\], learnt likewise.
+    pub fn gyro_scale(&self) -> f64 {
+        self.gyro_scale
+    }
+
+    /// The effective track that the gyro has taught so far, and its standard deviation \[m\]; the
+    /// profile's to begin with.
+    pub fn effective_track_m(&self) -> (f64, f64) {
+        let track_m = self.effective_track_m / self.slip.gain;
+        (track_m, track_m * self.slip.gain_sigma() / self.slip.gain.abs().max(1e-6))
+    }
+
+    /// Turn per path of wheels that are not alike \[rad/m\], as learnt so far.
+    pub fn veer_radpm(&self) -> f64 {
+        self.slip.veer
+    }
+
     /// How long the wheels have stood now \[s\]; 0 without a gyro.
     pub fn resting_s(&self) -> f64 {
         self.resting_s
@@ -364,9 +461,14 @@ impl Odometry {
 
     fn place(&mut self, pose: Pose2) {
         self.pose = pose;
-        let bias = self.covariance[BIAS][BIAS];
-        self.covariance = [[0.0; 4]; 4];
-        self.covariance[BIAS][BIAS] = bias;
+        // What was learnt stays; what it had to do with the pose is forgotten.
+        for i in 0..N {
+            for j in 0..N {
+                if i < BIAS || j < BIAS {
+                    self.covariance[i][j] = 0.0;
+                }
+            }
+        }
         self.covariance[0][0] = self.config.start_m.powi(2);
         self.covariance[1][1] = self.config.start_m.powi(2);
         self.covariance[2][2] = self.config.start_rad.powi(2);
@@ -374,7 +476,9 @@ impl Odometry {
 
     /// [`Self::update`] by a number that depends on the pose alone.
     pub(super) fn update_pose(&mut self, h: [f64; 3], innovation: f64, noise: f64) {
-        self.update([h[0], h[1], h[2], 0.0], innovation, noise);
+        let mut all = [0.0; N];
+        all[..3].copy_from_slice(&h);
+        self.update(all, innovation, noise);
     }
 
     /// Puts the robot at `pose`, known as `covariance` says; what else was learnt stays.
@@ -383,6 +487,15 @@ impl Odometry {
         for (row, given) in self.covariance.iter_mut().zip(covariance) {
             row[..3].copy_from_slice(given);
         }
+    }
+
+    /// Bias and scales, to be put back with [`Self::set_learnt`].
+    pub(super) fn learnt(&self) -> [f64; 3] {
+        [self.bias_radps, self.path_scale, self.gyro_scale]
+    }
+
+    pub(super) fn set_learnt(&mut self, learnt: [f64; 3]) {
+        [self.bias_radps, self.path_scale, self.gyro_scale] = learnt;
     }
 
     /// Moves the estimate by hand (a bounded correction); the covariance stays.
@@ -400,15 +513,15 @@ fn finite_pose(pose: Pose2) -> Result<(), OdometryError> {
     Ok(())
 }
 
-fn identity() -> Cov4 {
+fn identity() -> Covariance {
     std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))))
 }
 
-fn multiply(a: &Cov4, b: &Cov4) -> Cov4 {
-    let mut c = [[0.0; 4]; 4];
+fn multiply(a: &Covariance, b: &Covariance) -> Covariance {
+    let mut c = [[0.0; N]; N];
     for (row, out) in a.iter().zip(&mut c) {
         for (v, other) in row.iter().zip(b) {
-            for j in 0..4 {
+            for j in 0..N {
                 out[j] += v * other[j];
             }
         }
@@ -416,10 +529,10 @@ fn multiply(a: &Cov4, b: &Cov4) -> Cov4 {
     c
 }
 
-fn transpose(a: &Cov4) -> Cov4 {
+fn transpose(a: &Covariance) -> Covariance {
     std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
 }
 
-fn symmetric(a: Cov4) -> Cov4 {
+fn symmetric(a: Covariance) -> Covariance {
     std::array::from_fn(|i| std::array::from_fn(|j| (a[i][j] + a[j][i]) / 2.0))
 }

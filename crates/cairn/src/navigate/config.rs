@@ -3,7 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::caution::CautionConfig;
 use super::trap::TrapConfig;
 use crate::avoid::CvmConfig;
-use crate::locate::{MatchingConfig, OdometryConfig};
+use crate::locate::{LocaliserConfig, MatchingConfig, OdometryConfig};
 use crate::track::WaypointConfig;
 use crate::world::{CostmapConfig, MappingConfig};
 
@@ -33,6 +33,9 @@ pub struct NavigatorConfig {
     pub open_margin_m: f64,
     /// Match ranges to the given map to correct the estimated pose.
     pub match_map: bool,
+    /// Localise on the given map: find the pose where no start is given, notice when it is lost and
+    /// find it again. Matching is part of it.
+    pub localise: bool,
     /// Without a map, the robot stands until it knows the gyro's bias this well \[rad/s\].
     pub settle_radps: f64,
     /// But at most this long \[s\].
@@ -47,6 +50,8 @@ pub struct NavigatorConfig {
     pub odometry: OdometryConfig,
     /// From ranges and the given map to corrections of that pose.
     pub matching: MatchingConfig,
+    /// From ranges and the given map to a pose, whatever was known of it.
+    pub localiser: LocaliserConfig,
     /// The curvature velocity method; its latency is the profile's.
     pub avoidance: CvmConfig,
     /// Its weights while it takes the robot around something and back to a way planned on a map.
@@ -89,6 +94,7 @@ impl Default for NavigatorConfig {
             resolution_m: 0.05,
             open_margin_m: 4.0,
             match_map: true,
+            localise: false,
             settle_radps: 1.5e-4,
             settle_most_s: 20.0,
             waypoints: WaypointConfig::default(),
@@ -96,6 +102,7 @@ impl Default for NavigatorConfig {
             mapping: MappingConfig::default(),
             odometry: OdometryConfig::default(),
             matching: MatchingConfig::default(),
+            localiser: LocaliserConfig::default(),
             avoidance: CvmConfig { reverse_to_leave: true, ..CvmConfig::default() },
             on_way: WeightsOnWay::default(),
             caution: CautionConfig::default(),

@@ -2,7 +2,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use crate::avoid::AvoidError;
-use crate::locate::{MatchingError, OdometryError};
+use crate::locate::{LocaliserError, MatchingError, OdometryError};
 use crate::track::TrackError;
 use crate::world::MappingError;
 
@@ -83,6 +83,10 @@ pub enum NavigateError {
     #[error(transparent)]
     #[serde(untagged)]
     Matching(#[from] MatchingError),
+    /// The localiser refused its part.
+    #[error(transparent)]
+    #[serde(untagged)]
+    Localiser(#[from] LocaliserError),
     /// The mapper refused its part.
     #[error(transparent)]
     #[serde(untagged)]

@@ -4,6 +4,7 @@ mod act;
 mod caution;
 mod config;
 mod error;
+mod locating;
 mod navigator;
 mod perceive;
 mod planning;

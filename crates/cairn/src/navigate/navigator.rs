@@ -3,13 +3,14 @@
 use super::act::braking;
 use super::config::NavigatorConfig;
 use super::error::NavigateError;
+use super::locating::Locating;
 use super::planning::{Refusal, WorldField};
 use super::record::{Decision, PlanRecord, Story, Task, TaskStatus};
 use super::strategy::{Event, Mode, Strategy};
 use super::trap::TrapWatch;
 use crate::avoid::{AvoidanceRecord, Cvm, CvmConfig};
 use crate::geometry::{Point2, Pose2, Twist2};
-use crate::locate::{MapMatcher, MatchReport, Odometry, WheelTravel};
+use crate::locate::{MapMatcher, Odometry, WheelTravel};
 use crate::robot::{Footprint, RobotProfile};
 use crate::track::{Tracker, TrackerConfig, TrackingRecord};
 use crate::world::{OccupancyGrid, OccupancyMap};
@@ -39,7 +40,10 @@ pub struct Navigator {
     pub(super) odometry: Odometry,
     pub(super) map: OccupancyMap,
     pub(super) matcher: Option<MapMatcher>,
+    pub(super) locating: Option<Locating>,
     pub(super) map_given: bool,
+    /// Cells of the given map.
+    pub(super) given_cells: usize,
     pub(super) ground: Option<Vec<f32>>,
     pub(super) pose_known: bool,
     /// The pose came with the last tick's measurements.
@@ -79,7 +83,7 @@ impl Navigator {
     ///
     /// `world` is the map to plan on, if there is one; `start` the pose in it, `world_from_robot`, if
     /// known. Without a start the frame begins at the robot and a given map is not used until
-    /// [`TickInput::world_from_robot`] tells the pose.
+    /// [`TickInput::world_from_robot`] tells the pose, or the robot finds it (`localise`).
     ///
     /// # Errors
     /// [`NavigateError`] names the first setting that is not usable.
@@ -98,7 +102,9 @@ impl Navigator {
             None => OccupancyMap::new(&config.mapping, config.resolution_m)?,
         };
         let matcher = match world {
-            Some(prior) if config.match_map => Some(MapMatcher::new(&config.matching, prior)?),
+            Some(prior) if config.match_map && !config.localise => {
+                Some(MapMatcher::new(&config.matching, prior)?)
+            }
             _ => None,
         };
         let body = Footprint {
@@ -112,7 +118,7 @@ impl Navigator {
             heading_weight: config.on_way.heading_weight,
             ..avoidance.clone()
         };
-        Ok(Self {
+        let mut navigator = Self {
             odometry: Odometry::new(&config.odometry, &profile.drive, start.unwrap_or_default())?,
             tracker: Tracker::new(controller, &profile.limits)?.with_latency(profile.drive.latency_s)?,
             cvm_on_way: Cvm::new(&on_way, &profile.limits, &profile.footprint)?,
@@ -122,7 +128,9 @@ impl Navigator {
             strategy: Strategy::paper(),
             map,
             matcher,
+            locating: None,
             map_given: world.is_some(),
+            given_cells: world.map_or(0, |prior| prior.values.len()),
             ground: None,
             pose_known: start.is_some(),
             pose_given: false,
@@ -150,7 +158,14 @@ impl Navigator {
             time_s: 0.0,
             profile,
             config,
-        })
+        };
+        if let Some(prior) = world {
+            navigator.locating = Locating::new(&navigator, prior)?;
+            if navigator.locating.is_some() && !navigator.pose_known {
+                navigator.lose_pose()?;
+            }
+        }
+        Ok(navigator)
     }
 
     /// The same navigator on a map whose cells cost `ground` per metre, row-major; an infinite cell is
@@ -159,7 +174,7 @@ impl Navigator {
     /// # Errors
     /// [`NavigateError::GroundShapeWrong`] unless there is one number for every cell of the map.
     pub fn with_ground(mut self, ground: Vec<f32>) -> Result<Self, NavigateError> {
-        let expected = if self.map_given { self.map.geometry().len() } else { 0 };
+        let expected = self.given_cells;
         if ground.len() != expected {
             return Err(NavigateError::GroundShapeWrong { given: ground.len(), expected });
         }
@@ -179,8 +194,10 @@ impl Navigator {
             return Err(NavigateError::GoalNotFinite { x_m: goal.x, y_m: goal.y });
         }
         self.begin(Task::Goal { point: goal });
-        self.shared = field.is_some();
-        self.field = field;
+        if self.pose_known || self.locating.is_none() {
+            self.shared = field.is_some();
+            self.field = field;
+        }
         Ok(())
     }
 
@@ -191,10 +208,16 @@ impl Navigator {
 
     /// Ends the task; the robot brakes to rest.
     pub fn cancel(&mut self) {
+        self.drop_held();
         self.asked = Some(Event::Cancelled);
     }
 
     fn begin(&mut self, task: Task) {
+        self.begin_now(task);
+        self.hold_while_lost();
+    }
+
+    pub(super) fn begin_now(&mut self, task: Task) {
         self.asked = Some(Event::NewTask);
         self.task = Some(task);
         self.status = TaskStatus::Driving;
@@ -214,7 +237,7 @@ impl Navigator {
         self.check(input)?;
         self.tick += 1;
         self.time_s += input.dt_s;
-        let matching = self.locate(input)?;
+        let located = self.locate(input)?;
         let pose = self.odometry.pose();
         self.map.integrate(pose, &self.profile, input.ranges_m)?;
         self.free_own_place(pose);
@@ -289,7 +312,8 @@ impl Navigator {
             pose,
             covariance: self.odometry.covariance(),
             measured,
-            matching,
+            matching: located.matching,
+            localisation: located.localisation,
             mode_before,
             event,
             mode,
@@ -336,23 +360,6 @@ impl Navigator {
             Some((what, value)) => Err(NavigateError::MeasurementNotFinite { what: what.to_owned(), value }),
             None => Ok(()),
         }
-    }
-
-    /// Encoders and gyroscope, then the given pose, or else the given map, correct the estimate.
-    fn locate(&mut self, input: &TickInput<'_>) -> Result<Option<MatchReport>, NavigateError> {
-        self.odometry.predict(input.wheels, input.gyro_radps, input.dt_s)?;
-        self.pose_given = input.world_from_robot.is_some();
-        if let Some(pose) = input.world_from_robot {
-            self.odometry.set_pose(pose)?;
-            self.pose_known = true;
-            return Ok(None);
-        }
-        Ok(match &self.matcher {
-            Some(matcher) if self.pose_known => {
-                Some(matcher.correct(&mut self.odometry, &self.profile, input.ranges_m)?)
-            }
-            _ => None,
-        })
     }
 
     /// Nothing but the robot stands where the robot stands, whatever an echo's arc said.

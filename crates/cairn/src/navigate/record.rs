@@ -10,7 +10,7 @@ use super::trap::TrapEvidence;
 use super::way::WayAhead;
 use crate::avoid::AvoidanceRecord;
 use crate::geometry::{Point2, Pose2, Twist2};
-use crate::locate::MatchReport;
+use crate::locate::{LocaliseReport, MatchReport};
 use crate::robot::Limits;
 use crate::track::TrackingRecord;
 
@@ -80,6 +80,8 @@ pub struct Decision {
     pub measured: Twist2,
     /// What matching the ranges to the map did to the pose.
     pub matching: Option<MatchReport>,
+    /// What is known of the pose on the map, where the robot localises itself.
+    pub localisation: Option<LocaliseReport>,
     /// Mode before this tick.
     pub mode_before: Mode,
     /// What was perceived.
