@@ -11,13 +11,15 @@ Written anew from what those describe:
 - a global path by costs of navfn (50 + 0.8 · cost), unknown cells free, five times a second;
 - 6 × 20 pairs (v, ω) of what acceleration allows in a period, and turns in place; each is driven
   for two seconds and scored 0.75 · distance to the path + 1.0 · distance to where the path leaves
-  the local map + 0.1 · greatest cost under the outline;
+  the local map + 0.1 · 0.05 · greatest cost under the outline (`meter_scoring`);
+- a turn in place keeps its sense until the robot has moved 0.05 m;
 - where every one of them hits something, the robot backs up at 0.5 m/s, blind, as it does there.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,9 +46,12 @@ MAX_V, MIN_V, MAX_W, MIN_TURN_W = 0.5, 0.1, 1.57, 0.314
 ACC_V, ACC_W = 10.0, 20.0
 V_SAMPLES, W_SAMPLES = 6, 20
 SIM_S, SIM_STEP_S = 2.0, 0.1
-PATH_SCALE, GOAL_SCALE, OBSTACLE_SCALE = 0.75, 1.0, 0.1
+PATH_SCALE, GOAL_SCALE = 0.75, 1.0
+OBSTACLE_SCALE = 0.1 * CELL_M  # `meter_scoring` takes all three times the resolution
 ESCAPE_V = -0.5
 HEADING_LOOKAHEAD_M = 0.325
+OSCILLATION_RESET_M = 0.05
+STRAIGHT = 985  # steps of a field from one free cell to the next
 
 
 class DynamicWindow:
@@ -58,10 +63,12 @@ class DynamicWindow:
         size = round(2 * HALF_SIDE_M / CELL_M)
         self._marked = np.zeros((size, size), bool)
         self._goal = self._cell(*task.goal)
-        self._costs = np.zeros((size, size))
+        self._costs = np.zeros((size, size), np.float32)
         self._planned_s = -math.inf
         self.path: Floats | None = None
         self._plans = self._stuck = 0
+        self._turning = 0.0  # sense of the turns in place since it last moved
+        self._moved_from = (0.0, 0.0)
         self._edge = _edge_points()
 
     def __call__(self, seen: Observation) -> tuple[float, float]:
@@ -132,10 +139,11 @@ class DynamicWindow:
     def _inflate(self, window: tuple[slice, slice]) -> None:
         """costmap_2d's inflation, around the robot; what is farther off has not changed."""
         marked = np.ascontiguousarray(self._marked[window])
-        away = _brain.distance_to_occupied(marked, CELL_M, surface=False).astype(float)
+        away = _brain.distance_to_occupied(marked, CELL_M, surface=False)
         inscribed = min(OUTLINE_M) / 2 + PADDING_M
-        costs = (INSCRIBED - 1) * np.exp(-DECAY_PER_M * (away - inscribed))
-        costs = np.where(away <= INFLATION_M, np.floor(costs), 0.0)
+        costs = np.zeros(away.shape, np.float32)
+        near = away <= INFLATION_M
+        costs[near] = np.floor((INSCRIBED - 1) * np.exp(-DECAY_PER_M * (away[near] - inscribed)))
         costs[away <= inscribed] = INSCRIBED
         costs[marked] = LETHAL
         self._costs[window] = costs
@@ -145,16 +153,16 @@ class DynamicWindow:
 
     def _plan(self, pose: Pose) -> None:
         """Plan as navfn does; where the robot's own cell is forbidden, it plans all the same."""
-        costs = np.where(self._costs >= INSCRIBED, np.inf, NEUTRAL + FACTOR * self._costs)
         start = self._cell(pose.x, pose.y)
         rows, cols = self._extent(start)
-        part = costs[rows, cols]
+        part = NEUTRAL + FACTOR * self._costs[rows, cols]
+        part[self._costs[rows, cols] >= INSCRIBED] = np.inf
         goal = (self._goal[0] - rows.start, self._goal[1] - cols.start)
         begin = (start[0] - rows.start, start[1] - cols.start)
         near = part[max(0, begin[0] - 2) : begin[0] + 3, max(0, begin[1] - 2) : begin[1] + 3]
         near[np.isinf(near)] = NEUTRAL + FACTOR * INSCRIBED
         part[goal] = NEUTRAL
-        field = cairn.plan_grid(part.astype(np.float32), goal=goal, threads=1)
+        field = cairn.plan_grid(part, goal=goal, threads=1)
         cells = field.path(begin)
         self._plans += 1
         if cells is None:
@@ -169,7 +177,7 @@ class DynamicWindow:
 
     def _extent(self, start: tuple[int, int]) -> tuple[slice, slice]:
         """Rows and columns around robot and goal; the rest of the map is as good as never used."""
-        size, margin = len(self._marked), round(6.0 / CELL_M)
+        size, margin = len(self._marked), round(5.0 / CELL_M)
         low = [max(0, min(a, b) - margin) for a, b in zip(start, self._goal, strict=True)]
         high = [min(size, max(a, b) + margin) for a, b in zip(start, self._goal, strict=True)]
         return slice(low[0], high[0]), slice(low[1], high[1])
@@ -192,7 +200,9 @@ class DynamicWindow:
         best = int(cost.argmin())
         # Turning in place wins only where it is at least as good; the one that faces the lower
         # ground ahead of it is taken.
-        turns = ws[np.abs(ws) >= MIN_TURN_W]
+        if math.dist(self._moved_from, pose[:2]) > OSCILLATION_RESET_M:
+            self._turning, self._moved_from = 0.0, (pose.x, pose.y)
+        turns = ws[(np.abs(ws) >= MIN_TURN_W) & (ws * self._turning >= 0.0)]
         if len(turns):
             zero = np.zeros(len(turns))
             turn_cost, ends, headings = self._scored(pose, zero, turns, window, to_path, to_goal)
@@ -202,14 +212,16 @@ class DynamicWindow:
                     [np.cos(headings), np.sin(headings)]
                 )
                 faced = np.where(turn_cost == least, self._look(to_goal, ahead, window), np.inf)
-                return 0.0, float(turns[int(faced.argmin())])
+                turn = float(turns[int(faced.argmin())])
+                self._turning = math.copysign(1.0, turn)
+                return 0.0, turn
         if np.isfinite(cost[best]):
             return float(v[best]), float(w[best])
         self._stuck += 1
         return ESCAPE_V, 0.0
 
-    def _distances(self, pose: Pose, window: tuple[slice, slice]) -> tuple[Floats, Floats]:
-        """Distance of every local cell to the path, and to where it leaves the local map [m]."""
+    def _distances(self, pose: Pose, window: tuple[slice, slice]) -> tuple[Any, Any]:
+        """Steps from every local cell to the path, and to where it leaves the local map."""
         assert self.path is not None
         rows, cols = window
         free = np.ascontiguousarray(self._costs[window] < INSCRIBED)
@@ -219,11 +231,9 @@ class DynamicWindow:
         leaves = int(inside.argmin()) if not inside.all() else len(inside)
         row, col = row[: max(leaves, 1)], col[: max(leaves, 1)]
         free[row, col] = True
-        unit = CELL_M / 985
-        path = cairn.plan_grid(free, goal=list(zip(row.tolist(), col.tolist(), strict=True)),
-                               threads=1)  # fmt: skip
-        goal = cairn.plan_grid(free, goal=(int(row[-1]), int(col[-1])), threads=1)
-        return _metres(path, unit), _metres(goal, unit)
+        cells = list(zip(row.tolist(), col.tolist(), strict=True))
+        path, goal = (cairn.plan_grid(free, goal=g, threads=1) for g in (cells, cells[-1]))
+        return path.native, goal.native
 
     def _scored(
         self,
@@ -231,8 +241,8 @@ class DynamicWindow:
         v: Floats,
         w: Floats,
         window: tuple[slice, slice],
-        to_path: Floats,
-        to_goal: Floats,
+        to_path: Any,
+        to_goal: Any,
     ) -> tuple[Floats, Floats, Floats]:
         """(costs, ends (n, 2), headings) of driving pairs of speeds; inf where they hit."""
         t = SIM_STEP_S * np.arange(1, round(SIM_S / SIM_STEP_S) + 1)
@@ -262,23 +272,23 @@ class DynamicWindow:
             hit[at[under >= LETHAL]] = True
         end_r, end_c = r[:, -1], c[:, -1]
         cost = (
-            PATH_SCALE * to_path[end_r, end_c]
-            + GOAL_SCALE * to_goal[end_r, end_c]
+            PATH_SCALE * _metres(to_path[end_r, end_c])
+            + GOAL_SCALE * _metres(to_goal[end_r, end_c])
             + OBSTACLE_SCALE * worst
         )
         ends = np.column_stack([x[:, -1], y[:, -1]])
         return np.where(hit, np.inf, cost), ends, heading[:, -1]
 
-    def _look(self, field: Floats, points: Floats, window: tuple[slice, slice]) -> Floats:
+    def _look(self, field: Any, points: Floats, window: tuple[slice, slice]) -> Floats:
         rows, cols = window
         r = np.floor((points[:, 1] + HALF_SIDE_M) / CELL_M).astype(int) - rows.start
         c = np.floor((points[:, 0] + HALF_SIDE_M) / CELL_M).astype(int) - cols.start
-        return field[r, c]
+        return _metres(field[r, c])
 
 
-def _metres(field: cairn.Field, unit: float) -> Floats:
-    native = field.native.astype(float)
-    return np.where(native == np.iinfo(field.native.dtype).max, np.inf, native * unit)
+def _metres(steps: NDArray[np.unsignedinteger]) -> Floats:
+    """Of a field over free cells; inf where there is no way."""
+    return np.where(steps == np.iinfo(steps.dtype).max, np.inf, steps * (CELL_M / STRAIGHT))
 
 
 def _around(middle: int, reach: int, size: int) -> slice:

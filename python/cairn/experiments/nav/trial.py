@@ -232,7 +232,6 @@ class _Run:
         """What ended the trial during a motion, first things first; None if it goes on."""
         x, y = motion.poses[:, 0], motion.poses[:, 1]
         steps = np.hypot(np.diff(x, prepend=self.end[0]), np.diff(y, prepend=self.end[1]))
-        self.driven_m += float(steps.sum())
         self.end = Pose(*map(float, motion.poses[-1]))
         if self.began_s is None:
             moved = np.hypot(x - self.world.start.x, y - self.world.start.y) >= STARTED_M
@@ -245,6 +244,8 @@ class _Run:
         late = _first(motion.times_s >= limit_s - 1e-9)
         touched = math.inf if motion.touch is None else motion.touch.step
         first = min(arrived, late, touched)
+        last = None if first == math.inf else int(first) + 1
+        self.driven_m += float(steps[:last].sum())
         if first == math.inf:
             return None
         now_s = float(motion.times_s[int(first)])
