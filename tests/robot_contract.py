@@ -209,6 +209,33 @@ class RobotContract:
             with pytest.raises(cairn.errors.StepOutOfRange):
                 robot.emergency_stop(for_s)
 
+    def test_held_by_something_unseen_its_wheels_spin_and_it_stays(self):
+        robot = self.make(NOWHERE, noise=EXACT)
+        drive(robot, (0.3, 0.0), 2.0)
+        robot.hold(0.4)
+        before = robot.truth
+        readings = drive(robot, (0.3, 0.0), 2.0)
+        assert math.dist(robot.truth[:2], before[:2]) < 0.02
+        assert sum(r.wheels_m[0] for r in readings) > 0.4
+        assert robot.contacts == []
+        assert math.isinf(robot.clearance_m)
+
+    def test_what_holds_a_robot_lets_it_back_and_around(self):
+        robot = self.make(NOWHERE, noise=EXACT)
+        robot.hold(0.4)
+        drive(robot, (-0.2, 0.0), 3.0)
+        assert robot.truth.x < -0.3
+        for _ in range(4):  # half a metre aside, then past it
+            robot.shove(0.0, 0.15)
+        drive(robot, (0.4, 0.0), 5.0)
+        assert robot.truth.x > 0.3
+
+    def test_a_hold_of_no_width_is_refused(self):
+        robot = self.make(NOWHERE)
+        for half_width_m in (0.0, -1.0, math.nan, math.inf):
+            with pytest.raises(cairn.errors.StepOutOfRange):
+                robot.hold(half_width_m)
+
     def test_a_start_inside_something_is_refused_by_its_name(self):
         with pytest.raises(cairn.errors.StandsInObstacle) as caught:
             self.make(Scene(boxes=(Box(0.3, 0.0, 0.2, 0.2, name="chair"),)))

@@ -21,6 +21,7 @@ CHANGES = [
     (TRACK, "all_waypoints_blocked", STOP),
     (TRACK, "region_visited_twice", STOP),
     (TRACK, "local_minimum", STOP),
+    (TRACK, "stalled", AVOID),
     (AVOID, "cancelled", STOP),
     (AVOID, "new_task", STOP),
     (AVOID, "arrived", STOP),

@@ -60,6 +60,15 @@ class Decision:
         return self._brain.sentence
 
     @property
+    def recovery(self) -> dict[str, Any] | None:
+        """What went wrong in this tick and what is done about it; None as long as all is well.
+
+        `{"cause": {"code": "way_shut", "ahead_m": ..., "detour": ...}, "remedy": "walk_anew"}`: the
+        remedy follows from the cause.
+        """
+        return self._brain.recovery
+
+    @property
     def goal_status(self) -> str:
         """`idle`, `driving`, `reached`, `refused` or `cancelled`."""
         return self._brain.goal_status

@@ -92,6 +92,12 @@ impl Decision {
         &self.inner.sentence
     }
 
+    /// {"cause": {"code": ..., and its numbers}, "remedy": ...} in the tick in which something went wrong.
+    #[getter]
+    fn recovery<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        Ok(pythonize::pythonize(py, &self.inner.recovery)?)
+    }
+
     /// "idle", "driving", "reached", "refused" or "cancelled".
     #[getter]
     fn goal_status(&self, py: Python<'_>) -> PyResult<String> {

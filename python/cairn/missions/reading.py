@@ -14,7 +14,7 @@ from cairn.shipped import find, names
 
 Key = tuple[str | int, ...]
 # What pydantic puts into the place of an error besides the keys.
-_EVENTS = ("shove", "new_goal", "cancel", "emergency_stop")
+_EVENTS = ("shove", "new_goal", "cancel", "emergency_stop", "hold")
 
 
 def shipped() -> list[str]:

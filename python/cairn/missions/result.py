@@ -66,6 +66,22 @@ class Transition:
         )
 
 
+@dataclass(frozen=True)
+class Recovered:
+    """Something went wrong: when, what, and what the navigator did about it."""
+
+    time_s: float
+    cause: str
+    remedy: str
+    detail: dict[str, Any]  # the numbers of the cause
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain JSON."""
+        return tidy(
+            {"time_s": self.time_s, "cause": self.cause, "remedy": self.remedy, **self.detail}
+        )
+
+
 @dataclass
 class GoalResult:
     """How one goal of one robot ended, judged by truth."""
@@ -135,6 +151,7 @@ class RobotResult:
     name: str
     goals: list[GoalResult]
     transitions: list[Transition]
+    recoveries: list[Recovered]
     contacts: list[dict[str, Any]]
     plan_count: int
     path_length_m: float
@@ -176,6 +193,7 @@ class RobotResult:
                 "modes_s": self.modes_s,
                 "effort": self.effort,
                 "transitions": [transition.to_dict() for transition in self.transitions],
+                "recoveries": [recovered.to_dict() for recovered in self.recoveries],
             }
         )
 
@@ -251,6 +269,7 @@ class Result:
                 "drift_max_m": max(robot.drift_max_m for robot in self.robots),
                 "plan_count": sum(robot.plan_count for robot in self.robots),
                 "transitions": sum(len(robot.transitions) for robot in self.robots),
+                "recoveries": sum(len(robot.recoveries) for robot in self.robots),
             }
         )
 

@@ -16,12 +16,13 @@ import numpy as np
 
 import cairn
 from cairn.missions import result as outcomes
-from cairn.missions.result import GoalResult, Result, RobotResult, Trace, Transition
+from cairn.missions.result import GoalResult, Recovered, Result, RobotResult, Trace, Transition
 from cairn.missions.scenario import (
     Cancel,
     EmergencyStop,
     Event,
     Goal,
+    Hold,
     NewGoal,
     Scenario,
     Shove,
@@ -199,6 +200,7 @@ class _Follower:
         self.under: _Under | None = None
         self.goals: list[GoalResult] = []
         self.transitions: list[Transition] = []
+        self.recoveries: list[Recovered] = []
         self.trace = Trace()
         self.driven_m = 0.0
         self.last: Pose | None = None
@@ -250,6 +252,8 @@ class _Follower:
             self.last = _pose(self.agent.robot.truth)  # a shove is not driving
         elif isinstance(event, EmergencyStop):
             self.agent.robot.emergency_stop(event.for_s)
+        elif isinstance(event, Hold):
+            self.agent.robot.hold(event.half_width_m)
         elif isinstance(event, Cancel):
             if self.under is not None:
                 self.agent.navigator.cancel()
@@ -393,6 +397,12 @@ class _Follower:
                     at=(truth[0], truth[1]),
                 )
             )
+        recovery = getattr(decision, "recovery", None)
+        if recovery is not None:
+            detail = dict(recovery["cause"])
+            self.recoveries.append(
+                Recovered(time_s, detail.pop("code"), recovery["remedy"], detail)
+            )
         trace.time_s.append(time_s)
         trace.truth.append(truth)
         trace.estimate.append(_pose(decision.pose))
@@ -432,6 +442,7 @@ class _Follower:
             name=self.agent.name,
             goals=self.goals,
             transitions=self.transitions,
+            recoveries=self.recoveries,
             contacts=[*map(_contact, self.agent.robot.contacts), *self.meetings],
             plan_count=self.agent.navigator.plan_count,
             path_length_m=self.driven_m,
@@ -476,6 +487,12 @@ def _unmet(scenario: Scenario, robots: list[RobotResult]) -> list[str]:
         f"expected a change of mode by {event}, there was none"
         for event in expect.transitions
         if event not in events
+    ]
+    causes = {recovered.cause for robot in robots for recovered in robot.recoveries}
+    unmet += [
+        f"expected to recover from {cause}, never had to"
+        for cause in expect.recoveries
+        if cause not in causes
     ]
     unmet += [
         f"expected the mode {mode}, never entered" for mode in expect.modes if mode not in seen

@@ -156,7 +156,18 @@ class EmergencyStop(_Event):
     for_s: Positive
 
 
-Event = Annotated[Shove | NewGoal | Cancel | EmergencyStop, Field(discriminator="do")]
+class Hold(_Event):
+    """Something that no sensor shows holds the robot, a doorstep, say: its wheels spin.
+
+    It cannot drive on across the line through it, at a right angle to its heading and
+    `half_width_m` to either side.
+    """
+
+    do: Literal["hold"]
+    half_width_m: Positive = 0.4
+
+
+Event = Annotated[Shove | NewGoal | Cancel | EmergencyStop | Hold, Field(discriminator="do")]
 
 
 class RobotEntry(_Model):
@@ -187,6 +198,7 @@ class Expect(_Model):
     transitions_at_least: Annotated[int, Field(ge=0)] | None = None
     modes: tuple[Mode, ...] = ()
     transitions: tuple[str, ...] = ()  # events that must change the mode, `local_minimum`, say
+    recoveries: tuple[str, ...] = ()  # causes that it must recover from, `way_shut`, say
     path_length_at_least_m: NotNegative | None = None
 
     @field_validator("transitions")

@@ -17,6 +17,7 @@ from cairn.robots.robot import (
     Contact,
     Pose,
     Readings,
+    Sill,
     Twist,
     as_twist,
     displaced,
@@ -83,6 +84,7 @@ class KinematicRobot:
         self._touching: str | None = None
         # Nothing is nearer than this; spent by motion, renewed when used up.
         self._margin_m = 0.0
+        self._sills: list[Sill] = []
         self._since = (0.0, 0.0, 0.0, 0.0)  # left and right travel, turn, time since `sense`
 
     @property
@@ -152,6 +154,10 @@ class KinematicRobot:
         left, right, turned, elapsed = self._since
         self._since = (left, right, turned + dheading, elapsed)
 
+    def hold(self, half_width_m: float) -> None:
+        """Hold it by something unseen; see `SimulatedRobot.hold`."""
+        self._sills.append(Sill.under(self._pose, half_width_m))
+
     def emergency_stop(self, for_s: float) -> None:
         """Press its emergency stop; see `SimulatedRobot.emergency_stop`."""
         self._firmware.emergency_stop(self._time_s, for_s)
@@ -171,8 +177,12 @@ class KinematicRobot:
         if reach > 0 and reach >= self._margin_m:
             fraction = self._free_fraction(true, dt_s, reach)
         self._margin_m -= reach
+        there = moved(self._pose, true, dt_s * fraction)
+        if any(sill.depth_m(there.x, there.y) > 0 for sill in self._sills):
+            # Its wheels spin where it stands.
+            true, there = Twist(0.0, 0.0), self._pose
         self._velocity = true if fraction == 1.0 else Twist(0.0, 0.0)
-        self._pose = moved(self._pose, true, dt_s * fraction)
+        self._pose = there
         half = set_point.angular_radps * self.profile.drive.effective_track_m / 2
         left, right, turned, elapsed = self._since
         self._since = (

@@ -24,6 +24,7 @@ from cairn.robots.robot import (
     Contact,
     Pose,
     Readings,
+    Sill,
     Twist,
     as_twist,
     displaced,
@@ -36,6 +37,8 @@ from cairn.robots.tyres import Tyres
 # The firmware sets wheel speeds every so many physics steps: 10 ms.
 _FIRMWARE_STEPS = 4
 _SETTLE_S = 0.5
+# A sill gives by millimetres under all that the tyres can push, without rocking the robot.
+_SILL_N_PER_M, _SILL_NS_PER_M = 2e4, 1e3
 # A touch is over when the outline is this far from everything.
 _RELEASE_M = 0.005
 
@@ -270,6 +273,10 @@ class MujocoP3AT:
         self._touching.clear()
         self.world.mujoco.mj_forward(self.world.model, self.world.data)
 
+    def hold(self, half_width_m: float) -> None:
+        """Hold it by something unseen; see `SimulatedRobot.hold`."""
+        self._sills.append(Sill.under(self.truth, half_width_m))
+
     def emergency_stop(self, for_s: float) -> None:
         """Press its emergency stop; see `SimulatedRobot.emergency_stop`."""
         self._firmware.emergency_stop(self.time_s, for_s)
@@ -307,6 +314,7 @@ class MujocoP3AT:
             math.hypot(spec.profile.footprint.length_m, spec.profile.footprint.width_m) / 2
         )
         self._contacts: list[Contact] = []
+        self._sills: list[Sill] = []
         self._touching: set[str] = set()
         self._margin_m = 0.0
         self._turned = self._sensed_s = 0.0
@@ -343,6 +351,14 @@ class MujocoP3AT:
             self._loads.tolist(),
         )
         self._applied[:] = c * fx - s * fy, s * fx + c * fy, 0.0, mx, my, mz, *torques
+        for sill in self._sills:
+            depth_m = sill.depth_m(float(self._qpos[0]), float(self._qpos[1]))
+            if depth_m > 0:
+                ux, uy = math.cos(sill.at.heading), math.sin(sill.at.heading)
+                speed = ux * float(self._qvel[0]) + uy * float(self._qvel[1])
+                push = -max(_SILL_N_PER_M * depth_m + _SILL_NS_PER_M * speed, 0.0)
+                self._applied[0] += push * ux
+                self._applied[1] += push * uy
 
     def _clear_for(self, dt_s: float) -> bool:
         """Whether nothing can be touched within `dt_s`, and no touch is going on."""

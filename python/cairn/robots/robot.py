@@ -119,6 +119,17 @@ class SimulatedRobot(Robot, Protocol):
         """
         ...
 
+    def hold(self, half_width_m: float) -> None:
+        """Hold it by something that no sensor shows, a doorstep under its wheels, say.
+
+        From now on its centre cannot drive on across the line through it, at a right angle to its
+        heading and `half_width_m` to either side; back and around it can. Its wheels spin.
+
+        Raises:
+            StepOutOfRange: not a positive width.
+        """
+        ...
+
     def emergency_stop(self, for_s: float) -> None:
         """Press its emergency stop for a time: the motors brake hard and ignore commands.
 
@@ -128,6 +139,39 @@ class SimulatedRobot(Robot, Protocol):
             StepOutOfRange: not a positive time.
         """
         ...
+
+
+@dataclass(frozen=True)
+class Sill:
+    """What holds a robot: a line [m, world frame] that its centre cannot cross one way."""
+
+    at: Pose
+    half_width_m: float
+
+    @classmethod
+    def under(cls, pose: Pose, half_width_m: float) -> Sill:
+        """The sill that begins to hold a robot at `pose`.
+
+        Raises:
+            StepOutOfRange: `half_width_m` is not a positive number.
+        """
+        if not (math.isfinite(half_width_m) and half_width_m > 0):
+            raise errors.StepOutOfRange(
+                f"half_width_m is {half_width_m}, must be a positive width", dt_s=half_width_m
+            )
+        return cls(pose, half_width_m)
+
+    def depth_m(self, x: float, y: float) -> float:
+        """How far a centre is beyond the line; 0 where it is not, or no longer, held."""
+        c, s = math.cos(self.at.heading), math.sin(self.at.heading)
+        dx, dy = x - self.at.x, y - self.at.y
+        beyond, aside = c * dx + s * dy, c * dy - s * dx
+        held = abs(aside) <= self.half_width_m and 0 < beyond < _SILL_REACH_M
+        return beyond if held else 0.0
+
+
+# A robot that is this far beyond a sill has come from the other side.
+_SILL_REACH_M = 0.3
 
 
 def as_twist(twist: Any) -> Twist:

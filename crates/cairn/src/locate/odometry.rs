@@ -499,7 +499,7 @@ impl Odometry {
     }
 
     /// Moves the estimate by hand (a bounded correction); the covariance stays.
-    pub(super) fn nudge_to(&mut self, pose: Pose2) {
+    pub(crate) fn nudge_to(&mut self, pose: Pose2) {
         self.pose = Pose2::new(pose.x, pose.y, wrap_angle(pose.heading));
     }
 }

@@ -1,6 +1,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::caution::CautionConfig;
+use super::keeping::KeepingConfig;
+use super::stall::StallConfig;
 use super::trap::TrapConfig;
 use crate::avoid::CvmConfig;
 use crate::locate::{LocaliserConfig, MatchingConfig, OdometryConfig};
@@ -19,6 +21,8 @@ pub struct NavigatorConfig {
     pub intermediate_reach_m: f64,
     /// An avoidance lasts at least this long, unless its goal is reached \[s\].
     pub least_avoidance_s: f64,
+    /// The avoider takes over when the tracker's commands could not be stopped from for this long \[s\].
+    pub unsafe_s: f64,
     /// Farther off the path than this, the pointers of the field are walked anew \[m\].
     pub off_path_m: f64,
     /// How far a start inside the margin may be from the nearest free place \[m\].
@@ -36,9 +40,12 @@ pub struct NavigatorConfig {
     /// Localise on the given map: find the pose where no start is given, notice when it is lost and
     /// find it again. Matching is part of it.
     pub localise: bool,
-    /// Without a map, the robot stands until it knows the gyro's bias this well \[rad/s\].
+    /// Without a map, the robot stands until what it does not know of the gyro's bias takes it no farther
+    /// from its goal than this \[m\],
+    pub settle_drift_m: f64,
+    /// or it knows the bias this well \[rad/s\],
     pub settle_radps: f64,
-    /// But at most this long \[s\].
+    /// but at most this long \[s\].
     pub settle_most_s: f64,
     /// From a path to waypoints: close together is precise and slow, far apart is fast.
     pub waypoints: WaypointConfig,
@@ -58,8 +65,12 @@ pub struct NavigatorConfig {
     pub on_way: WeightsOnWay,
     /// How careful to be where nothing has been seen yet.
     pub caution: CautionConfig,
+    /// When a way is left for another one.
+    pub keeping: KeepingConfig,
     /// Circles and dead ends.
     pub trap: TrapConfig,
+    /// Held by what no sensor shows.
+    pub stall: StallConfig,
 }
 
 /// Weights of (7) on a known way: what matters is to come back to it, not into side rooms.
@@ -87,6 +98,7 @@ impl Default for NavigatorConfig {
             arrival_m: 0.1,
             intermediate_reach_m: 0.4,
             least_avoidance_s: 1.0,
+            unsafe_s: 1.0,
             off_path_m: 0.6,
             escape_m: 1.0,
             doubt_m: 2.0,
@@ -95,6 +107,7 @@ impl Default for NavigatorConfig {
             open_margin_m: 4.0,
             match_map: true,
             localise: false,
+            settle_drift_m: 0.1,
             settle_radps: 1.5e-4,
             settle_most_s: 20.0,
             waypoints: WaypointConfig::default(),
@@ -106,7 +119,9 @@ impl Default for NavigatorConfig {
             avoidance: CvmConfig { reverse_to_leave: true, ..CvmConfig::default() },
             on_way: WeightsOnWay::default(),
             caution: CautionConfig::default(),
+            keeping: KeepingConfig::default(),
             trap: TrapConfig::default(),
+            stall: StallConfig::default(),
         }
     }
 }
@@ -122,6 +137,8 @@ impl NavigatorConfig {
             ("settle_radps", self.settle_radps),
             ("doubt_m", self.doubt_m),
             ("least_avoidance_s", self.least_avoidance_s),
+            ("unsafe_s", self.unsafe_s),
+            ("settle_drift_m", self.settle_drift_m),
             ("resolution_m", self.resolution_m),
             ("open_margin_m", self.open_margin_m),
             ("caution.creep_mps", self.caution.creep_mps),
@@ -130,6 +147,25 @@ impl NavigatorConfig {
             ("trap.progress_m", self.trap.progress_m),
             ("trap.patience_s", self.trap.patience_s),
             ("trap.stray_m", self.trap.stray_m),
+            ("trap.detour_m", self.trap.detour_m),
+            ("trap.detour_s", self.trap.detour_s),
+            ("keeping.shut_s", self.keeping.shut_s),
+            ("keeping.short_detour", self.keeping.short_detour),
+            ("keeping.near_m", self.keeping.near_m),
+            ("keeping.sure_s", self.keeping.sure_s),
+            ("keeping.gain", self.keeping.gain),
+            ("keeping.gain_share", self.keeping.gain_share),
+            ("keeping.gain_s", self.keeping.gain_s),
+            ("keeping.wait_s", self.keeping.wait_s),
+            ("keeping.give_up", self.keeping.give_up),
+            ("stall.window_s", self.stall.window_s),
+            ("stall.spun_m", self.stall.spun_m),
+            ("stall.turned_rad", self.stall.turned_rad),
+            ("stall.held_s", self.stall.held_s),
+            ("stall.back_off_m", self.stall.back_off_m),
+            ("stall.back_off_mps", self.stall.back_off_mps),
+            ("stall.silent_s", self.stall.silent_s),
+            ("stall.wait_s", self.stall.wait_s),
         ]
         .into_iter()
         .find(|(_, value)| !(value.is_finite() && *value > 0.0))

@@ -46,7 +46,7 @@ impl Locating {
 impl Navigator {
     /// Encoders and gyroscope, then the given pose, or else the given map, correct the estimate.
     pub(super) fn locate(&mut self, input: &TickInput<'_>) -> Result<Located, NavigateError> {
-        self.odometry.predict(input.wheels, input.gyro_radps, input.dt_s)?;
+        self.odometry.predict(self.believed(input.wheels), input.gyro_radps, input.dt_s)?;
         self.pose_given = input.world_from_robot.is_some();
         if let Some(pose) = input.world_from_robot {
             self.odometry.set_pose(pose)?;

@@ -1,15 +1,19 @@
 //! Modes and transitions, and the navigator that holds the parts together `[Maalouf06 §6]`.
 
 mod act;
+mod backing;
 mod caution;
 mod config;
 mod error;
+mod keeping;
 mod locating;
 mod navigator;
 mod perceive;
 mod planning;
 mod plans;
 mod record;
+mod recovery;
+mod stall;
 mod strategy;
 mod trap;
 mod way;
@@ -17,9 +21,12 @@ mod way;
 pub use caution::{Caution, CautionConfig};
 pub use config::{NavigatorConfig, WeightsOnWay};
 pub use error::NavigateError;
+pub use keeping::{FieldRepair, KeepingConfig};
 pub use navigator::{Navigator, TickInput};
-pub use planning::{Planner, Refusal, WorldField};
+pub use planning::{Refusal, WorldField};
 pub use record::{Decision, PlanRecord, Task, TaskStatus};
+pub use recovery::{Cause, Recovery, Remedy};
+pub use stall::{StallConfig, StallWatch};
 pub use strategy::{Event, Mode, PAPER, Reason, Row, Strategy, StrategyError};
 pub use trap::{TrapConfig, TrapEvidence, TrapWatch};
 pub use way::{Blocked, Look, WayAhead, first_free, look_ahead};

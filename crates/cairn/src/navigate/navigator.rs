@@ -1,11 +1,15 @@
 //! The navigator: one call per tick, locate → map → mode → track or avoid, one record out.
 
 use super::act::braking;
+use super::backing::Backing;
 use super::config::NavigatorConfig;
 use super::error::NavigateError;
+use super::keeping::Keeper;
 use super::locating::Locating;
 use super::planning::{Refusal, WorldField};
 use super::record::{Decision, PlanRecord, Story, Task, TaskStatus};
+use super::recovery::{Recovery, Remedy};
+use super::stall::StallWatch;
 use super::strategy::{Event, Mode, Strategy};
 use super::trap::TrapWatch;
 use crate::avoid::{AvoidanceRecord, Cvm, CvmConfig};
@@ -67,6 +71,15 @@ pub struct Navigator {
     pub(super) plan_wanted: bool,
     pub(super) avoiding_s: f64,
     pub(super) unsafe_command: bool,
+    pub(super) unsafe_for_s: f64,
+    pub(super) keeper: Keeper,
+    pub(super) stall: StallWatch,
+    pub(super) backing: Option<Backing>,
+    /// Where its wheels stood, and turned backwards then.
+    pub(super) held_at: Option<Point2>,
+    /// At rest, the motors, or what shuts the way, are waited for this long \[s\].
+    pub(super) waiting_s: f64,
+    pub(super) waiting_for_way: bool,
     pub(super) plan_count: u32,
     /// How often the map may still be doubted before a goal is refused.
     pub(super) doubts: u32,
@@ -148,6 +161,13 @@ impl Navigator {
             plan_wanted: false,
             avoiding_s: 0.0,
             unsafe_command: false,
+            unsafe_for_s: 0.0,
+            keeper: Keeper::default(),
+            stall: StallWatch::new(config.stall, &profile),
+            backing: None,
+            held_at: None,
+            waiting_s: 0.0,
+            waiting_for_way: false,
             plan_count: 0,
             doubts: 0,
             fruitless: 0,
@@ -165,6 +185,10 @@ impl Navigator {
                 navigator.lose_pose()?;
             }
         }
+        if navigator.map_given && navigator.pose_known {
+            // Priced once; from then on only what changes. Costs that cannot be are refused with a goal.
+            let _ = navigator.price(&[]);
+        }
         Ok(navigator)
     }
 
@@ -179,6 +203,8 @@ impl Navigator {
             return Err(NavigateError::GroundShapeWrong { given: ground.len(), expected });
         }
         self.ground = Some(ground);
+        self.keeper.costs = None;
+        let _ = self.price(&[]);
         Ok(self)
     }
 
@@ -225,8 +251,10 @@ impl Navigator {
         self.doubts = 1;
         self.fruitless = 0;
         self.planned_at = None;
-        self.field = None;
-        self.shared = false;
+        self.waiting_s = 0.0;
+        self.waiting_for_way = false;
+        self.keeper.switches = 0;
+        self.drop_field();
     }
 
     /// One tick: what was measured in, everything decided out.
@@ -241,21 +269,24 @@ impl Navigator {
         let pose = self.odometry.pose();
         self.map.integrate(pose, &self.profile, input.ranges_m)?;
         self.free_own_place(pose);
+        let repair = self.keep_field();
+        let stalled = self.watch_for_stall(input.wheels, input.gyro_radps, input.ranges_m, input.dt_s);
+        let pose = self.odometry.pose();
 
         let mode_before = self.mode;
-        let (event, percept) = self.perceive(input.dt_s);
+        let (event, mut percept) = self.perceive(stalled, input.wheels, input.dt_s);
+        self.waiting_s = (self.waiting_s - input.dt_s).max(0.0);
         let (mode, reason) = self.strategy.step(mode_before, event);
         let plan = self.enter(mode, reason);
         self.avoiding_s = if mode == Mode::ObstacleAvoidance { self.avoiding_s + input.dt_s } else { 0.0 };
 
-        let mut rewalked = false;
         let mut tracking: Option<TrackingRecord> = None;
         let mut avoidance: Option<AvoidanceRecord> = None;
         let measured = self.odometry.twist();
         let twist = match mode {
             Mode::Stop | Mode::PathPlanning => braking(&self.profile.limits, self.commanded, input.dt_s),
             Mode::PathTracking => {
-                rewalked = self.rewalk_if_off_path(pose);
+                percept.recovery = self.rewalk_if_off_path(pose).or(percept.recovery);
                 let record = self.tracker.step(pose, measured, input.dt_s);
                 let obstacles = self.obstacles_in_robot(pose);
                 self.unsafe_command =
@@ -279,12 +310,15 @@ impl Navigator {
                 tracking = Some(record);
                 twist
             }
-            Mode::ObstacleAvoidance => {
-                let record = self.avoid(pose, measured, input.dt_s);
-                let twist = record.twist;
-                avoidance = Some(record);
-                twist
-            }
+            Mode::ObstacleAvoidance => match self.back_off(pose, input.dt_s) {
+                Some(twist) => twist,
+                None => {
+                    let record = self.avoid(pose, measured, input.dt_s);
+                    let twist = record.twist;
+                    avoidance = Some(record);
+                    twist
+                }
+            },
         };
 
         let (twist, caution) = self.within_sight(pose, twist, input.dt_s);
@@ -300,6 +334,8 @@ impl Navigator {
             way: percept.way.as_ref(),
             trap: percept.trap.as_ref(),
             plan: plan.as_ref().or(self.last_plan.as_ref()),
+            recovery: percept.recovery.as_ref(),
+            waiting: (self.waiting_s > 0.0).then_some(self.waiting_for_way),
             settling: self.settling(),
             position: pose.position(),
             waypoint_index,
@@ -325,7 +361,9 @@ impl Navigator {
             intermediate,
             way: percept.way,
             trap: percept.trap,
-            rewalked,
+            rewalked: matches!(percept.recovery, Some(Recovery { remedy: Remedy::WalkAnew, .. })),
+            recovery: percept.recovery,
+            repair,
             cost_to_go: self.field.as_ref().and_then(|field| field.cost_to_go(pose.position())),
             plan,
             tracking,

@@ -1,14 +1,24 @@
 //! What is seen and known, reduced to the one event that matters most in this tick.
 
+use super::backing::Backed;
+use super::keeping::Minded;
 use super::navigator::Navigator;
 use super::record::Task;
+use super::recovery::{Cause, Recovery};
 use super::strategy::{Event, Mode};
 use super::trap::TrapEvidence;
 use super::way::{Look, WayAhead, first_free, look_ahead};
 use crate::geometry::{Point2, Twist2};
+use crate::locate::WheelTravel;
 
 /// Slower than this in both speeds is at rest \[m/s, rad/s\].
 const AT_REST: Twist2 = Twist2::new(0.02, 0.03);
+/// A way is about this much longer than it is far, where nothing is known of it.
+const WAY_PER_DISTANCE: f64 = 1.5;
+/// Going around something on a way walked anew, the robot heads for a waypoint this far away \[m\].
+const BEYOND_M: f64 = 1.6;
+/// A way from cell to cell is at most this much longer than straight.
+const DIAGONALS: f64 = 1.1;
 /// A waypoint within this bearing is faced \[rad\].
 const AHEAD_RAD: f64 = 0.6;
 
@@ -17,11 +27,17 @@ const AHEAD_RAD: f64 = 0.6;
 pub(super) struct Percept {
     pub way: Option<WayAhead>,
     pub trap: Option<TrapEvidence>,
+    pub recovery: Option<Recovery>,
 }
 
 impl Navigator {
     /// Reduces what is known now to the event that matters most in this mode.
-    pub(super) fn perceive(&mut self, dt_s: f64) -> (Event, Percept) {
+    pub(super) fn perceive(
+        &mut self,
+        stalled: Option<Cause>,
+        wheels: WheelTravel,
+        dt_s: f64,
+    ) -> (Event, Percept) {
         let mut percept = Percept::default();
         if let Some(event) = self.asked.take() {
             return (event, percept);
@@ -33,10 +49,70 @@ impl Navigator {
                 Some(Err(_)) => Event::GoalUnattainable,
                 None => Event::Nothing,
             },
-            Mode::PathTracking => self.perceive_tracking(dt_s, &mut percept),
-            Mode::ObstacleAvoidance => self.perceive_avoiding(dt_s, &mut percept),
+            Mode::PathTracking | Mode::ObstacleAvoidance => {
+                if let Some(event) = self.perceive_hold(stalled, wheels, dt_s, &mut percept) {
+                    return (event, percept);
+                }
+                if self.mode == Mode::PathTracking {
+                    self.perceive_tracking(dt_s, &mut percept)
+                } else {
+                    self.perceive_avoiding(dt_s, &mut percept)
+                }
+            }
         };
+        self.explain(event, &mut percept);
         (event, percept)
+    }
+
+    /// Held by something unseen, or still backing off from it.
+    fn perceive_hold(
+        &mut self,
+        stalled: Option<Cause>,
+        wheels: WheelTravel,
+        dt_s: f64,
+        percept: &mut Percept,
+    ) -> Option<Event> {
+        if let Some(cause) = stalled {
+            self.begin_backing(self.odometry.pose(), cause);
+            if self.mode == Mode::PathTracking && !self.waypoints.is_empty() {
+                let position = self.odometry.pose().position();
+                self.intermediate = Some(self.first_beyond(position, 2.0 * self.config.intermediate_reach_m));
+            }
+            percept.recovery = Some(cause.remedied());
+            return Some(Event::Stalled);
+        }
+        self.backing?;
+        match self.back_on(wheels, dt_s) {
+            Backed::Goes => Some(Event::Nothing),
+            Backed::Done => {
+                self.trap.restart();
+                None
+            }
+            Backed::Silent(recovery) => {
+                percept.recovery = Some(recovery);
+                self.waiting_s = self.config.stall.wait_s;
+                self.waiting_for_way = false;
+                self.planned_at = None;
+                Some(Event::LocalMinimum)
+            }
+        }
+    }
+
+    /// The cause of an event that asks for a recovery.
+    fn explain(&self, event: Event, percept: &mut Percept) {
+        let cause = match (event, percept.trap) {
+            _ if percept.recovery.is_some() => None,
+            (Event::AllWaypointsBlocked, _) => Some(Cause::NoFreeWaypoint),
+            (Event::RegionVisitedTwice, Some(TrapEvidence { revisited: Some(at), .. })) => {
+                Some(Cause::Circling { at })
+            }
+            (Event::LocalMinimum, Some(TrapEvidence { dead_end: true, detour_m: Some(detour_m), .. })) => {
+                Some(Cause::DeadEnd { detour_m })
+            }
+            (Event::LocalMinimum, Some(trap)) => Some(Cause::NoGain { seconds: trap.without_progress_s }),
+            _ => None,
+        };
+        percept.recovery = cause.map(Cause::remedied).or(percept.recovery);
     }
 
     fn perceive_at_rest(&self) -> Event {
@@ -45,7 +121,7 @@ impl Navigator {
             && measured.angular_radps.abs() < AT_REST.angular_radps;
         match self.task {
             None => Event::Nothing,
-            Some(_) if !at_rest => Event::Nothing,
+            Some(_) if !at_rest || self.waits() => Event::Nothing,
             Some(Task::Goal { .. }) if self.map_given && self.pose_known => Event::ReadyToPlan,
             Some(_) if self.settling() => Event::Nothing,
             Some(_) if self.plan_wanted => Event::ReadyToPlan,
@@ -53,12 +129,28 @@ impl Navigator {
         }
     }
 
+    /// For the motors, or for what shuts the way to leave.
+    fn waits(&self) -> bool {
+        let opened = self.waiting_for_way && self.to_go(self.odometry.pose().position()).is_finite();
+        self.waiting_s > 0.0 && !opened
+    }
+
     /// Nothing but the gyroscope will hold the heading, and standing still teaches its bias.
     pub(super) fn settling(&self) -> bool {
         let resting_s = self.odometry.resting_s();
         let seeing = self.pose_given || (self.map_given && self.pose_known);
-        let unsure = self.odometry.gyro_bias_sigma_radps() > self.config.settle_radps;
+        let unsure = self.odometry.gyro_bias_sigma_radps() > self.bias_wanted_radps();
         !seeing && unsure && resting_s > 0.0 && resting_s < self.config.settle_most_s
+    }
+
+    /// How well the gyroscope's bias must be known for what lies ahead: a heading that drifts at σ for the
+    /// time T of a way of length d leads astray by σ·T·d/2.
+    fn bias_wanted_radps(&self) -> f64 {
+        let least = self.config.settle_radps;
+        let Some(Task::Goal { point }) = self.task else { return least };
+        let way_m = WAY_PER_DISTANCE * self.odometry.pose().position().distance(point);
+        let time_s = way_m / (self.profile.limits.linear_mps / 2.0);
+        least.max(2.0 * self.config.settle_drift_m / (time_s * way_m))
     }
 
     fn perceive_tracking(&mut self, dt_s: f64, percept: &mut Percept) -> Event {
@@ -69,14 +161,19 @@ impl Navigator {
         if self.arrived(position) {
             return Event::Arrived;
         }
+        if let Some(event) = self.mind(dt_s, percept) {
+            return event;
+        }
         let way = self.look(position, self.next_waypoint());
+        let is_unsafe = std::mem::take(&mut self.unsafe_command);
+        self.unsafe_for_s = if is_unsafe { self.unsafe_for_s + dt_s } else { 0.0 };
         let event = match (way.blocked, way.free_beyond) {
             (Some(_), Some(free)) => {
                 self.intermediate = Some(free);
                 Event::ObstacleAhead
             }
             (Some(_), None) => Event::AllWaypointsBlocked,
-            (None, _) if std::mem::take(&mut self.unsafe_command) => {
+            (None, _) if self.unsafe_for_s >= self.config.unsafe_s => {
                 let ahead = self.first_beyond(position, 2.0 * self.config.intermediate_reach_m);
                 self.intermediate = Some(ahead);
                 Event::ObstacleAhead
@@ -89,6 +186,21 @@ impl Navigator {
         event
     }
 
+    /// Looks after the way; an event only if nothing leads on.
+    fn mind(&mut self, dt_s: f64, percept: &mut Percept) -> Option<Event> {
+        match self.mind_the_way(self.odometry.pose(), dt_s) {
+            Minded::Stays => None,
+            Minded::Walked(recovery) => {
+                percept.recovery = Some(recovery);
+                None
+            }
+            Minded::NoWay(recovery) => {
+                percept.recovery = Some(recovery);
+                Some(Event::AllWaypointsBlocked)
+            }
+        }
+    }
+
     fn perceive_avoiding(&mut self, dt_s: f64, percept: &mut Percept) -> Event {
         let position = self.odometry.pose().position();
         if self.arrived(position) {
@@ -96,21 +208,39 @@ impl Navigator {
         }
         let Some(intermediate) = self.intermediate else {
             // No path: towards the goal, or exploring, where driving on is the progress.
+            self.keep_lookout();
             let to_go_m = match self.task {
-                Some(Task::Goal { point }) => position.distance(point),
+                Some(Task::Goal { point }) => {
+                    let straight_m = position.distance(point);
+                    if self.field.is_some() {
+                        let detour_m = self.to_go(position) - DIAGONALS * straight_m;
+                        self.trap.see_detour(detour_m, dt_s);
+                    }
+                    straight_m
+                }
                 _ => -self.trap.driven_m(),
             };
             let trap = self.trap.step(position, to_go_m, dt_s);
             percept.trap = Some(trap);
             return if trap.revisited.is_some() {
                 Event::RegionVisitedTwice
-            } else if trap.stuck {
+            } else if trap.stuck || trap.dead_end {
                 Event::LocalMinimum
             } else {
                 Event::Nothing
             };
         };
 
+        self.tracker.advance_pointer(position);
+        if let Some(event) = self.mind(dt_s, percept) {
+            return event;
+        }
+        let intermediate = if percept.recovery.is_some() {
+            self.nearest = None;
+            self.first_beyond(position, BEYOND_M)
+        } else {
+            intermediate
+        };
         let unplanned = self.unplanned_near(position);
         let Some(free) = first_free(&self.waypoints, intermediate, &unplanned, self.free_radius_m()) else {
             return Event::AllWaypointsBlocked;
@@ -121,7 +251,8 @@ impl Navigator {
         if self.reached(position, free) || self.sees_straight_to(position, free) {
             let way = self.look(position, (free + 1).min(self.waypoints.len() - 1));
             let event = match (way.blocked, way.free_beyond) {
-                (None, _) => Event::WayClear,
+                (None, _) if self.can_track_from(free, dt_s) => Event::WayClear,
+                (None, _) => Event::Nothing,
                 (Some(_), Some(next)) => {
                     self.intermediate = Some(next);
                     Event::ObstacleAhead
@@ -193,6 +324,21 @@ impl Navigator {
         straight && (ahead || near.iter().all(|obstacle| obstacle.distance(position) >= turning_m))
     }
 
+    /// The tracker could take over: its first command could be stopped from with the room it asks for, and
+    /// there is room for the turn if it begins with one.
+    fn can_track_from(&self, index: usize, dt_s: f64) -> bool {
+        let pose = self.odometry.pose();
+        let measured = self.odometry.twist();
+        let obstacles = self.obstacles_in_robot(pose);
+        let mut trial = self.tracker.clone();
+        trial.set_index(index);
+        let first = trial.step(pose, measured, dt_s);
+        let turns = first.dtheta_rad.abs() > AHEAD_RAD;
+        let turning_m = self.profile.footprint.circumscribed_radius_m() + self.config.clearance_m;
+        let has_room = !turns || obstacles.iter().all(|obstacle| obstacle.norm() >= turning_m);
+        has_room && self.cvm.keeps_clear(measured, self.commanded, first.twist, &obstacles, dt_s)
+    }
+
     fn free_radius_m(&self) -> f64 {
         self.profile.footprint.circumscribed_radius_m() + self.config.clearance_m
     }
@@ -205,13 +351,13 @@ impl Navigator {
             .unwrap_or(self.waypoints.len() - 1)
     }
 
-    fn next_waypoint(&self) -> usize {
+    pub(super) fn next_waypoint(&self) -> usize {
         (self.tracker.index() + 1).min(self.waypoints.len().saturating_sub(1))
     }
 
     /// What is left to pay from `position`: the field's value, whatever waypoint is headed for. Where
     /// the field says nothing (inside a margin) nothing is gained either.
-    fn to_go(&self, position: Point2) -> f64 {
+    pub(super) fn to_go(&self, position: Point2) -> f64 {
         self.field.as_ref().and_then(|field| field.cost_to_go(position)).unwrap_or(f64::INFINITY)
     }
 

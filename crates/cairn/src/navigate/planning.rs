@@ -5,18 +5,16 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use crate::geometry::{Point2, Pose2};
-use crate::plan::{Field, PlanOptions, plan_costs_f32};
+use crate::plan::{Crossed, Field, GridPlanner, PlanOptions};
 use crate::robot::Footprint;
-use crate::world::{Cell, CostmapConfig, Grid, GridGeometry, Occupancy, OccupancyGrid, costmap_with_layers};
+use crate::world::{Cell, Grid, GridGeometry, KeptCosts, Occupancy, OccupancyGrid};
 
 /// A cost-to-go field laid over the world, shared by every robot that wants the same goal.
 #[derive(Clone, Debug)]
 pub struct WorldField {
-    /// Cost-to-go and policy.
+    /// Cost-to-go and policy, with the cost per metre that they rest on.
     pub field: Arc<Field>,
-    /// Cost per metre that it was solved on.
-    pub costs: Arc<Grid<f32>>,
-    /// What the map held as occupied then.
+    /// What the map held as occupied when the way was walked.
     pub occupied: Arc<Grid<bool>>,
     /// What it leads to; several for exploring.
     pub goals: Vec<Point2>,
@@ -67,90 +65,77 @@ impl std::fmt::Display for Refusal {
     }
 }
 
-/// What planning needs to know of the robot.
-#[derive(Clone, Copy, Debug)]
-pub struct Planner<'a> {
-    /// Outline, clearance included.
-    pub footprint: Footprint,
-    /// From occupancy to cost.
-    pub config: &'a CostmapConfig,
-    /// How far a start inside the margin may be from a free place \[m\].
-    pub escape_m: f64,
-    /// What a metre of each cell's ground costs by the given map; infinite is forbidden to the
-    /// robot's centre. Row-major, of the map's shape.
-    pub ground: Option<&'a [f32]>,
+/// Solves the field for `goal` on `costs`.
+///
+/// # Errors
+/// The [`Refusal`] that says why nobody could get there.
+pub(super) fn solve(
+    planner: &mut GridPlanner,
+    costs: &KeptCosts,
+    footprint: &Footprint,
+    goal: Point2,
+) -> Result<WorldField, Refusal> {
+    let cell = costs.geometry().cell_at(goal).ok_or(Refusal::GoalOutsideMap)?;
+    if !costs.costs().at(cell).is_finite() {
+        return Err(Refusal::GoalBlocked {
+            clearance_m: clearance(costs.seen(), goal),
+            needed_m: footprint.inscribed_radius_m(),
+        });
+    }
+    solve_to(planner, costs, vec![goal], &[cell])
 }
 
-impl Planner<'_> {
-    /// Solves the field for `goal` on `occupancy`.
-    ///
-    /// # Errors
-    /// The [`Refusal`] that says why nobody could get there.
-    pub fn solve(&self, occupancy: &OccupancyGrid, goal: Point2) -> Result<WorldField, Refusal> {
-        let geometry = occupancy.geometry;
-        let cell = geometry.cell_at(goal).ok_or(Refusal::GoalOutsideMap)?;
-        let costs = self.costs(occupancy)?;
-        if !costs.at(cell).is_finite() {
-            return Err(Refusal::GoalBlocked {
-                clearance_m: clearance(occupancy, goal),
-                needed_m: self.footprint.inscribed_radius_m(),
-            });
-        }
-        self.field(occupancy, costs, vec![goal], &[cell])
-    }
-
-    /// Solves the field towards every frontier: free cells beside unknown ones, away from the robot.
-    ///
-    /// # Errors
-    /// [`Refusal::NothingLeftToExplore`] where there is none.
-    pub fn solve_frontiers(&self, occupancy: &OccupancyGrid, robot: Point2) -> Result<WorldField, Refusal> {
-        let geometry = occupancy.geometry;
-        let costs = self.costs(occupancy)?;
-        let known_free = |row: usize, col: usize| *occupancy.at(Cell::new(row, col)) == Occupancy::Free;
-        let mut cells = Vec::new();
-        for row in 1..geometry.rows.saturating_sub(1) {
-            for col in 1..geometry.cols.saturating_sub(1) {
-                let cell = Cell::new(row, col);
-                let beside_unknown = [(row - 1, col), (row + 1, col), (row, col - 1), (row, col + 1)]
-                    .iter()
-                    .any(|&(r, c)| *occupancy.at(Cell::new(r, c)) == Occupancy::Unknown);
-                let reachable = costs.at(cell).is_finite();
-                let away = geometry.center(cell).distance(robot) > 2.0 * self.footprint.length_m;
-                if known_free(row, col) && beside_unknown && reachable && away {
-                    cells.push(cell);
-                }
+/// Solves the field towards every frontier: free cells beside unknown ones, away from the robot.
+///
+/// # Errors
+/// [`Refusal::NothingLeftToExplore`] where there is none.
+pub(super) fn solve_frontiers(
+    planner: &mut GridPlanner,
+    costs: &KeptCosts,
+    footprint: &Footprint,
+    robot: Point2,
+) -> Result<WorldField, Refusal> {
+    let geometry = costs.geometry();
+    let occupancy = costs.seen();
+    let known_free = |row: usize, col: usize| *occupancy.at(Cell::new(row, col)) == Occupancy::Free;
+    let mut cells = Vec::new();
+    for row in 1..geometry.rows.saturating_sub(1) {
+        for col in 1..geometry.cols.saturating_sub(1) {
+            let cell = Cell::new(row, col);
+            let beside_unknown = [(row - 1, col), (row + 1, col), (row, col - 1), (row, col + 1)]
+                .iter()
+                .any(|&(r, c)| *occupancy.at(Cell::new(r, c)) == Occupancy::Unknown);
+            let reachable = costs.costs().at(cell).is_finite();
+            let away = geometry.center(cell).distance(robot) > 2.0 * footprint.length_m;
+            if known_free(row, col) && beside_unknown && reachable && away {
+                cells.push(cell);
             }
         }
-        if cells.is_empty() {
-            return Err(Refusal::NothingLeftToExplore);
-        }
-        let goals = cells.iter().map(|&cell| geometry.center(cell)).collect();
-        self.field(occupancy, costs, goals, &cells)
     }
+    if cells.is_empty() {
+        return Err(Refusal::NothingLeftToExplore);
+    }
+    let goals = cells.iter().map(|&cell| geometry.center(cell)).collect();
+    solve_to(planner, costs, goals, &cells)
+}
 
-    fn costs(&self, occupancy: &OccupancyGrid) -> Result<Grid<f32>, Refusal> {
-        costmap_with_layers(occupancy, &self.footprint, self.config, self.ground, &[])
-            .map_err(|_| Refusal::NoPath)
-    }
+/// Solves the field to goals in these cells, in memory of earlier ones.
+pub(super) fn solve_to(
+    planner: &mut GridPlanner,
+    costs: &KeptCosts,
+    goals: Vec<Point2>,
+    cells: &[Cell],
+) -> Result<WorldField, Refusal> {
+    let geometry = costs.geometry();
+    let grid = planner.copied_f32(geometry, &costs.costs().values);
+    let field = planner.plan_costs_f32(grid, cells, &PlanOptions::default()).map_err(|_| Refusal::NoPath)?;
+    Ok(WorldField { field: Arc::new(field), occupied: occupied(costs.seen()), goals })
+}
 
-    fn field(
-        &self,
-        occupancy: &OccupancyGrid,
-        costs: Grid<f32>,
-        goals: Vec<Point2>,
-        cells: &[Cell],
-    ) -> Result<WorldField, Refusal> {
-        let costs = Arc::new(costs);
-        let field =
-            plan_costs_f32(costs.clone(), cells, &PlanOptions::default()).map_err(|_| Refusal::NoPath)?;
-        let occupied = occupancy.values.iter().map(|&seen| seen == Occupancy::Occupied).collect();
-        Ok(WorldField {
-            field: Arc::new(field),
-            costs,
-            occupied: Arc::new(Grid::new(occupancy.geometry, occupied)),
-            goals,
-        })
-    }
+/// What is occupied, to tell later what came since.
+pub(super) fn occupied(seen: &OccupancyGrid) -> Arc<Grid<bool>> {
+    let occupied = seen.values.iter().map(|&seen| seen == Occupancy::Occupied).collect();
+    Arc::new(Grid::new(seen.geometry, occupied))
 }
 
 /// Distance from `point` to the nearest occupied cell \[m\]; infinite if there is none.
@@ -165,7 +150,15 @@ fn clearance(occupancy: &OccupancyGrid, point: Point2) -> f64 {
 impl WorldField {
     /// Where the field lies.
     pub fn geometry(&self) -> GridGeometry {
-        self.costs.geometry
+        *self.field.geometry()
+    }
+
+    /// Cost of a metre in `cell`, which must be inside; infinite where the robot cannot be.
+    pub fn cost_at(&self, cell: Cell) -> f32 {
+        match self.field.crossed() {
+            Some((Crossed::F32(costs), _)) => costs[self.geometry().index(cell)],
+            _ => f32::INFINITY,
+        }
     }
 
     /// Cost still to pay from `point`; infinite where no path leads on, None outside.
@@ -250,12 +243,26 @@ impl WorldField {
             .find(|&cell| {
                 self.all_along(start, geometry.center(cell), |grid_cell| !*self.occupied.at(grid_cell))
             })
-            .ok_or(if self.costs.at(from).is_finite() { Refusal::NoPath } else { Refusal::StartBlocked })
+            .ok_or(if self.cost_at(from).is_finite() { Refusal::NoPath } else { Refusal::StartBlocked })
+    }
+
+    /// Cost still to pay from the nearest place that has a way, if that can be reached from the robot.
+    pub(super) fn nearest_with_a_way(
+        &self,
+        world_from_robot: Pose2,
+        footprint: &Footprint,
+        escape_m: f64,
+    ) -> Option<f64> {
+        let geometry = self.geometry();
+        let from = geometry.cell_at(world_from_robot.position())?;
+        let cell = self.escape(world_from_robot, from, footprint, escape_m).ok()?;
+        let away_m = geometry.center(cell).distance(world_from_robot.position());
+        Some(self.field.cost_to_go(cell) * geometry.resolution_m + away_m)
     }
 
     /// The robot's centre may pass straight from `a` to `b`.
     pub fn is_clear(&self, a: Point2, b: Point2) -> bool {
-        self.all_along(a, b, |cell| self.costs.at(cell).is_finite())
+        self.all_along(a, b, |cell| self.cost_at(cell).is_finite())
     }
 
     /// `holds` for every cell touched at steps of a quarter cell from `a` to `b`.

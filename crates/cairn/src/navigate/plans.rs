@@ -1,8 +1,9 @@
 //! What entering a mode changes; plans, and the way walked down their fields.
 
 use super::navigator::Navigator;
-use super::planning::{Planner, Refusal, WorldField, padded};
+use super::planning::{Refusal, WorldField, occupied, padded, solve, solve_frontiers};
 use super::record::{PlanRecord, Task, TaskStatus};
+use super::recovery::{Cause, Recovery};
 use super::strategy::{Mode, Reason};
 use super::way::length_m;
 use crate::geometry::{Point2, Pose2};
@@ -33,16 +34,26 @@ impl Navigator {
                 self.status = TaskStatus::Reached;
             }
             Reason::Arrived if entered => self.plan_wanted = false,
-            Reason::RegionVisitedTwice | Reason::LocalMinimum | Reason::NoFreeWaypoint if entered => {
+            Reason::RegionVisitedTwice | Reason::LocalMinimum if entered => {
                 self.plan_wanted = true;
-                self.field = None;
+                self.drop_field();
+            }
+            Reason::NoFreeWaypoint if entered => {
+                // The field is kept, to see by whether the way opens again.
+                self.plan_wanted = true;
                 self.shared = false;
+                self.waiting_s = self.config.keeping.wait_s;
+                self.waiting_for_way = true;
             }
             Reason::NoMapOrPose if entered => {
+                self.drop_field();
                 self.intermediate = None;
                 self.trap.restart();
             }
-            Reason::PathFound if entered => self.trap.restart(),
+            Reason::PathFound if entered => {
+                self.waiting_for_way = false;
+                self.trap.restart();
+            }
             Reason::WayClear if entered => {
                 if let Some(index) = self.intermediate.take() {
                     self.tracker.set_index(index);
@@ -52,9 +63,11 @@ impl Navigator {
         }
         if mode == Mode::Stop {
             self.intermediate = None;
+            self.backing = None;
         }
         if entered {
             self.nearest = None;
+            self.unsafe_for_s = 0.0;
         }
         (mode == Mode::PathPlanning && entered).then(|| self.plan())
     }
@@ -65,7 +78,8 @@ impl Navigator {
         let mut result = self.solve_and_walk();
         let mut doubted = false;
         if matches!(result, Err(Refusal::NoPath | Refusal::GoalBlocked { .. })) && self.doubts > 0 {
-            let forgotten = self.map.forget_unmapped(self.odometry.pose().position(), self.config.doubt_m);
+            let far = self.map.forget_unmapped(self.odometry.pose().position(), self.config.doubt_m);
+            let forgotten = far + self.map.forget_felt();
             if forgotten > 0 {
                 self.doubts -= 1;
                 doubted = true;
@@ -96,7 +110,10 @@ impl Navigator {
     }
 
     fn solve_and_walk(&mut self) -> Result<(), Refusal> {
-        self.field = Some(self.solve_or_share()?);
+        let field = self.solve_or_share()?;
+        if let Some(old) = self.field.replace(field) {
+            self.give_back(old);
+        }
         self.walk(self.odometry.pose())
     }
 
@@ -112,20 +129,25 @@ impl Navigator {
             return Err(Refusal::NoProgress { plans: self.fruitless + 1 });
         }
         self.plan_count += 1;
-        let on_given_map = self.map_given && self.pose_known;
-        let planner = Planner {
-            footprint: self.body,
-            config: &self.config.costmap,
-            escape_m: self.config.escape_m,
-            ground: self.ground.as_deref().filter(|_| on_given_map),
+        let points = match self.task {
+            Some(Task::Goal { point }) => vec![pose.position(), point],
+            _ => vec![pose.position()],
         };
+        self.price(&points)?;
+        let Some(kept) = &self.keeper.costs else { return Err(Refusal::NoPath) };
+        let planner = &mut self.keeper.desk.0;
         match self.task {
-            Some(Task::Goal { point }) => {
-                let occupancy = self.map_around(&[pose.position(), point]);
-                planner.solve(&occupancy, point)
-            }
-            _ => planner.solve_frontiers(&self.map_around(&[pose.position()]), pose.position()),
+            Some(Task::Goal { point }) => solve(planner, kept, &self.body, point),
+            _ => solve_frontiers(planner, kept, &self.body, pose.position()),
         }
+    }
+
+    /// The field is of no use any more.
+    pub(super) fn drop_field(&mut self) {
+        if let Some(field) = self.field.take() {
+            self.give_back(field);
+        }
+        self.shared = false;
     }
 
     /// The map as it is now; with none given, it reaches at least a margin around `points`.
@@ -146,11 +168,15 @@ impl Navigator {
         self.path = path;
         self.waypoints = waypoints.points().to_vec();
         self.tracker.follow(waypoints);
+        if let (Some(field), Some(kept)) = (&mut self.field, &self.keeper.costs) {
+            field.occupied = occupied(kept.seen());
+        }
+        self.begin_way();
         Ok(())
     }
 
     /// Far off the path: the pointers of the field are walked anew, without a new plan.
-    pub(super) fn rewalk_if_off_path(&mut self, pose: Pose2) -> bool {
+    pub(super) fn rewalk_if_off_path(&mut self, pose: Pose2) -> Option<Recovery> {
         let position = pose.position();
         let index = self.tracker.index();
         let around = index.saturating_sub(3)..(index + 4).min(self.waypoints.len());
@@ -159,6 +185,6 @@ impl Navigator {
             .map(|pair| position.distance_to_segment(pair[0], pair[1]))
             .fold(f64::INFINITY, f64::min);
         let off = self.waypoints.len() > 1 && off_m > self.config.off_path_m;
-        off && self.walk(pose).is_ok()
+        (off && self.walk(pose).is_ok()).then(|| Cause::OffPath { off_m }.remedied())
     }
 }

@@ -4,7 +4,9 @@
 use serde::Serialize;
 
 use super::caution::Caution;
+use super::keeping::FieldRepair;
 use super::planning::Refusal;
+use super::recovery::{Cause, Recovery, Remedy};
 use super::strategy::{Event, Mode, Reason};
 use super::trap::TrapEvidence;
 use super::way::WayAhead;
@@ -104,8 +106,12 @@ pub struct Decision {
     pub way: Option<WayAhead>,
     /// What speaks for a trap.
     pub trap: Option<TrapEvidence>,
-    /// The path was walked anew from the field, with no new plan: the robot was off it.
+    /// The path was walked anew from the field, with no new plan; why, says `recovery`.
     pub rewalked: bool,
+    /// What went wrong in this tick, and what is done about it.
+    pub recovery: Option<Recovery>,
+    /// The map had changed, and the field was made right again.
+    pub repair: Option<FieldRepair>,
     /// Value of the field under the robot.
     pub cost_to_go: Option<f64>,
     /// The plan made in this tick.
@@ -132,6 +138,9 @@ pub(super) struct Story<'a> {
     pub way: Option<&'a WayAhead>,
     pub trap: Option<&'a TrapEvidence>,
     pub plan: Option<&'a PlanRecord>,
+    pub recovery: Option<&'a Recovery>,
+    /// Waiting: for what shuts the way to leave, or else for the motors.
+    pub waiting: Option<bool>,
     pub settling: bool,
     pub position: Point2,
     pub waypoint_index: Option<usize>,
@@ -139,6 +148,12 @@ pub(super) struct Story<'a> {
 }
 
 impl Story<'_> {
+    /// Why the way was walked anew in this tick, if it was.
+    fn walks_anew(&self) -> Option<String> {
+        let recovery = self.recovery.filter(|recovery| recovery.remedy == Remedy::WalkAnew)?;
+        Some(format!("{}: the repaired field is walked anew from here", recovery.cause.words()))
+    }
+
     /// Mode and reason in words a person would use.
     pub fn sentence(&self) -> String {
         let destination = match self.task {
@@ -154,11 +169,18 @@ impl Story<'_> {
             None => "something the plan did not know stands on the way".to_owned(),
         };
         let head = match self.reason {
+            Reason::FollowingPath | Reason::Avoiding if self.walks_anew().is_some() => {
+                self.walks_anew().unwrap_or_default()
+            }
             Reason::Waiting if self.task.is_none() => "waiting for a command".to_owned(),
             Reason::Waiting if self.settling => {
                 "standing still until the gyroscope's bias is known well enough to drive without a map"
                     .to_owned()
             }
+            Reason::Waiting if self.waiting == Some(true) => {
+                "waiting for what shuts the way to leave".to_owned()
+            }
+            Reason::Waiting if self.waiting == Some(false) => "waiting for the motors".to_owned(),
             Reason::Waiting => "coming to rest".to_owned(),
             Reason::TaskAccepted => format!("asked for {destination}: beginning at rest"),
             Reason::NewTaskWhileMoving => format!("asked for {destination} while moving: first to rest"),
@@ -205,6 +227,16 @@ impl Story<'_> {
                 ),
                 None => "going in circles: a new plan is needed".to_owned(),
             },
+            Reason::Stalled => match self.recovery {
+                Some(recovery) => format!("{}: backing off from it", recovery.cause.words()),
+                None => "something unseen holds the robot: backing off".to_owned(),
+            },
+            Reason::LocalMinimum
+                if self.recovery.is_some_and(|r| !matches!(r.cause, Cause::NoGain { .. })) =>
+            {
+                let why = self.recovery.map(|recovery| recovery.cause.words()).unwrap_or_default();
+                format!("{why}, at ({:.2}, {:.2}) m; a new plan is needed", self.position.x, self.position.y)
+            }
             Reason::LocalMinimum => match self.trap {
                 Some(trap) => format!(
                     "no nearer for {:.1} s at ({:.2}, {:.2}) m: stuck in a local minimum, a new plan is needed",

@@ -52,6 +52,8 @@ pub enum Event {
     RegionVisitedTwice,
     /// The robot makes no progress any more.
     LocalMinimum,
+    /// The wheels turn, or should, and the robot does not move: something unseen holds it.
+    Stalled,
 }
 
 /// Why the mode is what it is now.
@@ -92,6 +94,8 @@ pub enum Reason {
     RegionVisitedTwice,
     /// Stuck in a local minimum: plan on the map as it is now.
     LocalMinimum,
+    /// Held by something unseen: back off, with it on the map.
+    Stalled,
 }
 
 /// One row of the table.
@@ -206,8 +210,9 @@ const fn row(mode: Mode, event: Event, next: Mode, reason: Reason) -> Row<Mode, 
 
 use Mode::{ObstacleAvoidance as Avoid, PathPlanning as Plan, PathTracking as Track, Stop};
 
-/// Every transition of Fig. 11, and for every other pair what it means that the mode stays.
-pub const PAPER: [Row<Mode, Event, Reason>; 52] = [
+/// Every transition of Fig. 11, and for every other pair what it means that the mode stays. `Stalled` is ours:
+/// the paper's robot is never held by what it does not see.
+pub const PAPER: [Row<Mode, Event, Reason>; 56] = [
     row(Stop, Event::Nothing, Stop, Reason::Waiting),
     row(Stop, Event::Cancelled, Stop, Reason::Cancelled),
     row(Stop, Event::NewTask, Stop, Reason::TaskAccepted),
@@ -221,6 +226,7 @@ pub const PAPER: [Row<Mode, Event, Reason>; 52] = [
     row(Stop, Event::WayClear, Stop, Reason::Waiting),
     row(Stop, Event::RegionVisitedTwice, Stop, Reason::Waiting),
     row(Stop, Event::LocalMinimum, Stop, Reason::Waiting),
+    row(Stop, Event::Stalled, Stop, Reason::Waiting),
     row(Plan, Event::Nothing, Plan, Reason::Planning),
     row(Plan, Event::Cancelled, Stop, Reason::Cancelled),
     row(Plan, Event::NewTask, Stop, Reason::TaskAccepted),
@@ -234,6 +240,7 @@ pub const PAPER: [Row<Mode, Event, Reason>; 52] = [
     row(Plan, Event::WayClear, Plan, Reason::Planning),
     row(Plan, Event::RegionVisitedTwice, Plan, Reason::Planning),
     row(Plan, Event::LocalMinimum, Plan, Reason::Planning),
+    row(Plan, Event::Stalled, Plan, Reason::Planning),
     row(Track, Event::Nothing, Track, Reason::FollowingPath),
     row(Track, Event::Cancelled, Stop, Reason::Cancelled),
     row(Track, Event::NewTask, Stop, Reason::NewTaskWhileMoving),
@@ -247,6 +254,7 @@ pub const PAPER: [Row<Mode, Event, Reason>; 52] = [
     row(Track, Event::WayClear, Track, Reason::FollowingPath),
     row(Track, Event::RegionVisitedTwice, Stop, Reason::RegionVisitedTwice),
     row(Track, Event::LocalMinimum, Stop, Reason::LocalMinimum),
+    row(Track, Event::Stalled, Avoid, Reason::Stalled),
     row(Avoid, Event::Nothing, Avoid, Reason::Avoiding),
     row(Avoid, Event::Cancelled, Stop, Reason::Cancelled),
     row(Avoid, Event::NewTask, Stop, Reason::NewTaskWhileMoving),
@@ -260,6 +268,7 @@ pub const PAPER: [Row<Mode, Event, Reason>; 52] = [
     row(Avoid, Event::WayClear, Track, Reason::WayClear),
     row(Avoid, Event::RegionVisitedTwice, Stop, Reason::RegionVisitedTwice),
     row(Avoid, Event::LocalMinimum, Stop, Reason::LocalMinimum),
+    row(Avoid, Event::Stalled, Avoid, Reason::Stalled),
 ];
 
 #[cfg(test)]
@@ -310,6 +319,7 @@ mod tests {
     transition!(a_region_seen_twice_while_avoiding_stops: ObstacleAvoidance on RegionVisitedTwice => Stop because RegionVisitedTwice);
     transition!(a_local_minimum_while_tracking_stops: PathTracking on LocalMinimum => Stop because LocalMinimum);
     transition!(a_local_minimum_while_avoiding_stops: ObstacleAvoidance on LocalMinimum => Stop because LocalMinimum);
+    transition!(a_robot_held_by_the_unseen_backs_off: PathTracking on Stalled => ObstacleAvoidance because Stalled);
     transition!(a_new_goal_while_tracking_stops_first: PathTracking on NewTask => Stop because NewTaskWhileMoving);
     transition!(a_new_goal_while_avoiding_stops_first: ObstacleAvoidance on NewTask => Stop because NewTaskWhileMoving);
     transition!(a_new_goal_while_planning_stops_first: PathPlanning on NewTask => Stop because TaskAccepted);
@@ -362,14 +372,14 @@ mod tests {
             });
         }
         let events: Vec<Events> =
-            PAPER[..13].iter().map(|r| Events::Paper(r.event)).chain([Events::DockInSight]).collect();
+            PAPER[..14].iter().map(|r| Events::Paper(r.event)).chain([Events::DockInSight]).collect();
         for event in events {
             let ends = matches!(event, Events::Paper(Event::Arrived | Event::Cancelled));
             let next = if ends { Modes::Paper(Mode::Stop) } else { Modes::Docking };
             rows.push(Row { mode: Modes::Docking, event, next, reason: Reasons::Dock });
         }
         let machine = Strategy::new(rows).unwrap();
-        assert_eq!(machine.rows()[..52], unchanged[..]);
+        assert_eq!(machine.rows()[..PAPER.len()], unchanged[..]);
         let seen = machine.next(Modes::Paper(Mode::PathTracking), Events::DockInSight);
         assert_eq!(seen, Some((Modes::Docking, Reasons::Dock)));
         let docked = machine.next(Modes::Docking, Events::Paper(Event::Arrived));

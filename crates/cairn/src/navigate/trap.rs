@@ -18,11 +18,23 @@ pub struct TrapConfig {
     pub patience_s: f64,
     /// So is getting this much farther from an intermediate goal than the robot was already \[m\].
     pub stray_m: f64,
+    /// Straight on is a dead end if the way by what is seen is longer by this \[m\] ...
+    pub detour_m: f64,
+    /// ... for this long \[s\].
+    pub detour_s: f64,
 }
 
 impl Default for TrapConfig {
     fn default() -> Self {
-        Self { region_radius_m: 0.35, loop_length_m: 3.0, progress_m: 0.2, patience_s: 8.0, stray_m: 1.5 }
+        Self {
+            region_radius_m: 0.35,
+            loop_length_m: 3.0,
+            progress_m: 0.2,
+            patience_s: 8.0,
+            stray_m: 1.5,
+            detour_m: 4.0,
+            detour_s: 1.0,
+        }
     }
 }
 
@@ -39,6 +51,12 @@ pub struct TrapEvidence {
     pub without_progress_s: f64,
     /// [`TrapConfig::patience_s`] has run out.
     pub stuck: bool,
+    /// By how much the way by what is seen is longer than straight on \[m\], where there is no way to follow.
+    pub detour_m: Option<f64>,
+    /// For how long it has been too much longer \[s\].
+    pub detour_s: f64,
+    /// [`TrapConfig::detour_s`] has run out: straight on is a dead end.
+    pub dead_end: bool,
 }
 
 /// Watches the way driven since the last plan.
@@ -88,6 +106,22 @@ impl TrapWatch {
         }
         self.evidence.stuck = self.evidence.without_progress_s > self.config.patience_s;
         self.evidence
+    }
+
+    /// What is to go has risen by this where the robot stands, because the map changed: that is no loss of its.
+    pub fn raise(&mut self, by: f64) {
+        if let Some(least) = self.evidence.least_to_go.as_mut().filter(|_| by.is_finite() && by > 0.0) {
+            *least += by;
+        }
+    }
+
+    /// What the field says of the straight way to the goal: a way with this much more to pay \[m\]. To be
+    /// told before [`Self::step`].
+    pub fn see_detour(&mut self, detour_m: f64, dt_s: f64) {
+        let is_trap = detour_m.is_finite() && detour_m >= self.config.detour_m;
+        self.evidence.detour_m = Some(detour_m);
+        self.evidence.detour_s = if is_trap { self.evidence.detour_s + dt_s } else { 0.0 };
+        self.evidence.dead_end = self.evidence.detour_s >= self.config.detour_s;
     }
 
     /// The earlier position in this region, if the robot left the region in between and drove a loop.
@@ -152,6 +186,38 @@ mod tests {
                 .unwrap()
                 .stuck
         );
+    }
+
+    #[test]
+    fn a_map_that_shows_the_way_to_be_longer_takes_no_progress_away() {
+        let config = TrapConfig::default();
+        let mut watch = TrapWatch::new(config);
+        let mut to_go = 20.0;
+        let stuck = (0..200).any(|tick| {
+            to_go -= 0.04;
+            if tick % 20 == 0 {
+                to_go += 2.0;
+                watch.raise(2.0);
+            }
+            watch.step(Point2::new(0.04 * f64::from(tick), 0.0), to_go, 0.1).stuck
+        });
+        assert!(!stuck);
+    }
+
+    #[test]
+    fn a_detour_that_lasts_is_a_dead_end_and_one_that_passes_is_not() {
+        let config = TrapConfig::default();
+        let mut watch = TrapWatch::new(config);
+        let ticks = (config.detour_s / 0.1).round() as usize;
+        let mut see = |detour_m: f64| {
+            watch.see_detour(detour_m, 0.1);
+            watch.step(Point2::new(1.0, 1.0), 5.0, 0.1).dead_end
+        };
+        assert!((0..ticks - 1).all(|_| !see(config.detour_m + 0.1)));
+        assert!(!see(0.3));
+        assert!((0..ticks - 1).all(|_| !see(config.detour_m + 0.1)));
+        assert!(see(config.detour_m + 0.1));
+        assert!(!see(f64::INFINITY));
     }
 
     #[test]

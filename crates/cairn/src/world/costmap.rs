@@ -1,10 +1,12 @@
 //! What it costs to drive over each cell, for one robot `[Maalouf06 §3]`.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::distance::{To, transform};
-use super::{Cell, Grid, Occupancy, OccupancyGrid};
+use super::{Cell, Grid, GridGeometry, Occupancy, OccupancyGrid};
 use crate::robot::Footprint;
 
 /// What to make of cells that were never seen.
@@ -117,6 +119,15 @@ pub enum WorldError {
 }
 
 impl CostmapConfig {
+    /// Whether the robot keeps clear of such a cell.
+    pub(super) fn is_blocking(&self, seen: Occupancy) -> bool {
+        match seen {
+            Occupancy::Free => false,
+            Occupancy::Occupied => true,
+            Occupancy::Unknown => self.unknown == UnknownCells::Blocked,
+        }
+    }
+
     /// Checks every number.
     ///
     /// # Errors
@@ -176,29 +187,64 @@ pub fn costmap_with_layers(
         check_layer(layer, occupancy)?;
     }
 
-    let blocking = |cell: &Occupancy| match cell {
-        Occupancy::Free => false,
-        Occupancy::Occupied => true,
-        Occupancy::Unknown => config.unknown == UnknownCells::Blocked,
-    };
-    let occupied = Grid::new(occupancy.geometry, occupancy.values.iter().map(blocking).collect());
-    let price = Price::new(occupancy.geometry.resolution_m, footprint, &config, ground.is_none());
-    let mut costs = transform(&occupied, To::Surface, |half_cells| price.at(half_cells));
+    let all: Vec<&CostLayer> = ground_layer.iter().chain(layers).collect();
+    let pricing = Pricing { config: &config, footprint, layers: &all, flat: ground.is_none() };
+    let GridGeometry { rows, cols, .. } = occupancy.geometry;
+    Ok(Grid::new(occupancy.geometry, pricing.of(occupancy, 0..rows, 0..cols)))
+}
 
-    for layer in ground_layer.iter().chain(layers).filter(|layer| layer.weight > 0.0) {
-        for (cost, &value) in costs.iter_mut().zip(layer.values) {
-            *cost += layer.weight * f64::from(value);
-        }
+/// Everything that prices a cell, but the cells.
+pub(super) struct Pricing<'a> {
+    pub config: &'a CostmapConfig,
+    pub footprint: &'a Footprint,
+    pub layers: &'a [&'a CostLayer<'a>],
+    /// No layer is the ground: a metre is a metre.
+    pub flat: bool,
+}
+
+impl Pricing<'_> {
+    /// Farther than this many cells nothing is dearer for what stands there.
+    pub fn reach_cells(&self, resolution_m: f64) -> usize {
+        let reach_m = self.footprint.circumscribed_radius_m() + self.config.soft_margin_m;
+        (reach_m / resolution_m).ceil() as usize + 1
     }
-    if let UnknownCells::Priced { factor } = config.unknown {
-        for (cost, cell) in costs.iter_mut().zip(&occupancy.values) {
-            *cost *= if *cell == Occupancy::Unknown { factor } else { 1.0 };
+
+    /// Costs of the cells in a window, row-major: those of the whole grid, to the bit.
+    pub fn of(&self, occupancy: &OccupancyGrid, rows: Range<usize>, cols: Range<usize>) -> Vec<f32> {
+        let geometry = occupancy.geometry;
+        let price = Price::new(geometry.resolution_m, self.footprint, self.config, self.flat);
+        // What stands farther away than this prices nothing in the window.
+        let reach = self.reach_cells(geometry.resolution_m);
+        let near_rows = rows.start.saturating_sub(reach)..(rows.end + reach).min(geometry.rows);
+        let near_cols = cols.start.saturating_sub(reach)..(cols.end + reach).min(geometry.cols);
+        let mut occupied = Vec::with_capacity(near_rows.len() * near_cols.len());
+        for row in near_rows.clone() {
+            let seen = &occupancy.values[row * geometry.cols..][near_cols.clone()];
+            occupied.extend(seen.iter().map(|&seen| self.config.is_blocking(seen)));
         }
+        let near = GridGeometry { rows: near_rows.len(), cols: near_cols.len(), ..geometry };
+        let prices = transform(&Grid::new(near, occupied), To::Surface, |half_cells| price.at(half_cells));
+
+        let mut costs = Vec::with_capacity(rows.len() * cols.len());
+        for row in rows {
+            let first = (row - near_rows.start) * near.cols + (cols.start - near_cols.start);
+            for (&price, col) in prices[first..][..cols.len()].iter().zip(cols.clone()) {
+                costs.push(self.total(price, row * geometry.cols + col, occupancy));
+            }
+        }
+        costs
     }
-    let to_f32 = |cost: f64| {
+
+    fn total(&self, price: f64, index: usize, occupancy: &OccupancyGrid) -> f32 {
+        let mut cost = price;
+        for layer in self.layers.iter().filter(|layer| layer.weight > 0.0) {
+            cost += layer.weight * f64::from(layer.values[index]);
+        }
+        if let UnknownCells::Priced { factor } = self.config.unknown {
+            cost *= if occupancy.values[index] == Occupancy::Unknown { factor } else { 1.0 };
+        }
         if cost.is_infinite() { f32::INFINITY } else { cost.clamp(1e-12, f64::from(f32::MAX)) as f32 }
-    };
-    Ok(Grid::new(occupancy.geometry, costs.into_iter().map(to_f32).collect()))
+    }
 }
 
 fn check_layer(layer: &CostLayer, occupancy: &OccupancyGrid) -> Result<(), WorldError> {
@@ -251,7 +297,6 @@ impl<'a> Price<'a> {
 mod tests {
     use super::*;
     use crate::geometry::Pose2;
-    use crate::world::GridGeometry;
     use proptest::prelude::*;
 
     const P3AT: Footprint = Footprint { length_m: 0.626, width_m: 0.505 };

@@ -10,6 +10,9 @@ use crate::robot::RobotProfile;
 /// Side of the blocks a map grows by \[cells\].
 const CHUNK: i64 = 64;
 
+/// More changed cells than this are not kept one by one.
+const MOST_CHANGES: usize = 1 << 16;
+
 /// How readings become evidence. All evidence is in log-odds (nats).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -202,6 +205,11 @@ pub struct OccupancyMap {
     pub(super) class: Vec<Occupancy>,
     pub(super) prior: Option<Vec<Occupancy>>,
     revision: u64,
+    /// Cells whose class changed since it was last asked; None before that, or once there were too many, or
+    /// the grid grew.
+    changed: Option<Vec<u32>>,
+    /// Cells that the robot felt to be occupied: no range can free them.
+    felt: Vec<u32>,
     /// Cells whose evidence changed since they were last classified; may repeat.
     pub(super) touched: Vec<u32>,
     pub(super) scratch: super::evidence::Scratch,
@@ -222,6 +230,8 @@ impl OccupancyMap {
             class: Vec::new(),
             prior: None,
             revision: 0,
+            changed: None,
+            felt: Vec::new(),
             touched: Vec::new(),
             scratch: Default::default(),
         })
@@ -250,6 +260,8 @@ impl OccupancyMap {
             class: prior.values.clone(),
             prior: Some(prior.values.clone()),
             revision: 0,
+            changed: None,
+            felt: Vec::new(),
             touched: Vec::new(),
             scratch: Default::default(),
         })
@@ -286,6 +298,7 @@ impl OccupancyMap {
             return Err(MappingError::MappingRangeNegative { index, range_m });
         }
         self.add_evidence(world_from_robot, profile, ranges_m)?;
+        self.hold_felt();
         self.classify();
         Ok(())
     }
@@ -293,6 +306,11 @@ impl OccupancyMap {
     /// What is known now. The grid's shape is that of [`Self::geometry`].
     pub fn occupancy(&self) -> OccupancyGrid {
         Grid::new(self.geometry, self.class.clone())
+    }
+
+    /// True at occupied cells.
+    pub fn occupied(&self) -> Grid<bool> {
+        Grid::new(self.geometry, self.class.iter().map(|&class| class == Occupancy::Occupied).collect())
     }
 
     /// The classes of [`Self::occupancy`], row-major, without a copy.
@@ -315,6 +333,67 @@ impl OccupancyMap {
         self.revision
     }
 
+    /// Cells whose class changed since this was last asked, each once, with what they are now; None if
+    /// the grid has another shape now, or too much changed to say.
+    pub fn take_changes(&mut self) -> Option<Vec<(Cell, Occupancy)>> {
+        let mut changed = self.changed.replace(Vec::new())?;
+        changed.sort_unstable();
+        changed.dedup();
+        Some(changed.into_iter().map(|i| (self.geometry.cell(i as usize), self.class[i as usize])).collect())
+    }
+
+    fn note_change(&mut self, index: usize) {
+        if let Some(changed) = &mut self.changed {
+            if changed.len() < MOST_CHANGES {
+                changed.push(index as u32);
+            } else {
+                self.changed = None;
+            }
+        }
+    }
+
+    /// Something that no range shows stands at `points_in_world`: the robot felt it. Such cells stay
+    /// occupied whatever is measured, until [`Self::forget_felt`]. Points outside are left out.
+    pub fn feel(&mut self, points_in_world: impl IntoIterator<Item = Point2>) {
+        for point in points_in_world {
+            let Some(cell) = self.geometry.cell_at(point) else { continue };
+            let i = self.geometry.index(cell);
+            if !self.felt.contains(&(i as u32)) {
+                self.felt.push(i as u32);
+            }
+            self.touched.push(i as u32);
+        }
+        self.hold_felt();
+        self.classify();
+    }
+
+    /// Forgets what was only felt: from now on ranges say what stands there. Returns how many cells.
+    pub fn forget_felt(&mut self) -> usize {
+        let felt = std::mem::take(&mut self.felt);
+        for &i in &felt {
+            if !self.is_prior_wall(i as usize) {
+                self.log_odds[i as usize] = 0.0;
+                self.touched.push(i);
+            }
+        }
+        self.classify();
+        felt.len()
+    }
+
+    /// Centres of the cells felt to be occupied, world frame \[m\].
+    pub fn felt(&self) -> Vec<Point2> {
+        self.felt.iter().map(|&i| self.geometry.center(self.geometry.cell(i as usize))).collect()
+    }
+
+    /// Whatever the ranges said, what was felt stands there.
+    fn hold_felt(&mut self) {
+        let most = self.config.ceiling as f32;
+        for &i in &self.felt {
+            let l = &mut self.log_odds[i as usize];
+            *l = l.max(most);
+        }
+    }
+
     /// Centres of the occupied cells within `radius_m`, world frame \[m\], by row, then column.
     pub fn occupied_near(&self, center_in_world: Point2, radius_m: f64) -> Vec<Point2> {
         self.near(center_in_world, radius_m, |i| self.class[i] == Occupancy::Occupied)
@@ -331,15 +410,16 @@ impl OccupancyMap {
         Grid::new(self.geometry, (0..self.class.len()).map(|i| self.is_unmapped(i)).collect())
     }
 
-    /// Forgets what the prior map does not show farther than `beyond_m` from `center_in_world`: such
+    /// Forgets what the prior map does not show, what was only felt apart, farther than `beyond_m` from `center_in_world`: such
     /// cells become what the prior map, or nothing, says of them. Returns how many.
     pub fn forget_unmapped(&mut self, center_in_world: Point2, beyond_m: f64) -> usize {
         let mut forgotten = 0;
         for i in 0..self.class.len() {
             let far = || self.geometry.center(self.geometry.cell(i)).distance(center_in_world) > beyond_m;
-            if self.is_unmapped(i) && far() {
+            if self.is_unmapped(i) && far() && !self.felt.contains(&(i as u32)) {
                 let prior = self.prior.as_ref().map_or(Occupancy::Unknown, |prior| prior[i]);
                 self.class[i] = prior;
+                self.note_change(i);
                 self.log_odds[i] = if prior == Occupancy::Free { self.config.prior_free as f32 } else { 0.0 };
                 forgotten += 1;
             }
@@ -412,7 +492,8 @@ impl OccupancyMap {
     /// Turns the evidence of touched cells into classes, with hysteresis.
     pub(super) fn classify(&mut self) {
         let mut changed = false;
-        for i in self.touched.drain(..) {
+        let mut touched = std::mem::take(&mut self.touched);
+        for i in touched.drain(..) {
             let i = i as usize;
             let l = f64::from(self.log_odds[i]);
             let class = match self.class[i] {
@@ -422,9 +503,13 @@ impl OccupancyMap {
                 Occupancy::Unknown if l <= self.config.free_below => Occupancy::Free,
                 Occupancy::Unknown => Occupancy::Unknown,
             };
-            changed |= class != self.class[i];
-            self.class[i] = class;
+            if class != self.class[i] {
+                changed = true;
+                self.class[i] = class;
+                self.note_change(i);
+            }
         }
+        self.touched = touched;
         self.revision += u64::from(changed);
     }
 
@@ -469,6 +554,12 @@ impl OccupancyMap {
             log_odds[new..new + old.len()].copy_from_slice(&self.log_odds[old.clone()]);
             class[new..new + old.len()].copy_from_slice(&self.class[old]);
         }
+        let moved = |i: u32| {
+            let cell = self.geometry.cell(i as usize);
+            geometry.index(Cell::new(cell.row + dr, cell.col + dc)) as u32
+        };
+        self.felt = self.felt.iter().map(|&i| moved(i)).collect();
+        self.changed = None;
         self.geometry = geometry;
         self.first = first;
         self.log_odds = log_odds;

@@ -306,3 +306,58 @@ fn wrong_input_is_refused_by_name_and_changes_nothing() {
     ));
     assert!(OccupancyMap::new(&MappingConfig::default(), 0.0).is_err());
 }
+
+#[test]
+fn the_changes_that_are_told_lead_from_one_map_to_the_next() {
+    let rooms = Rooms::default().block(-3.0, -2.0, 4.0, 3.0).block(1.0, 0.5, 1.4, 1.0);
+    let poses = drive(&[(-2.0, -1.0), (0.0, -1.0), (3.0, -1.0), (3.0, 2.0)], 0.5);
+    let prior = rooms.surveyed(Point2::new(-4.0, -3.0), Point2::new(5.0, 4.0), 0.05);
+    let profile = p3at();
+    let mut noise = Noise(5);
+    for mut map in [OccupancyMap::from_occupancy(&MappingConfig::default(), &prior).unwrap(), fresh()] {
+        let mut followed = map.occupancy();
+        let mut told = 0;
+        for &pose in &poses {
+            map.integrate(pose, &profile, &rooms.sense(pose, &profile, &mut noise)).unwrap();
+            match map.take_changes() {
+                None => followed = map.occupancy(), // the grid grew
+                Some(changes) => {
+                    told += changes.len();
+                    for (cell, now) in changes {
+                        let index = followed.geometry.index(cell);
+                        assert_ne!(followed.values[index], now);
+                        followed.values[index] = now;
+                    }
+                    assert_eq!(followed, map.occupancy());
+                }
+            }
+        }
+        assert!(told > 50);
+    }
+}
+
+#[test]
+fn what_was_felt_stands_whatever_is_heard_until_it_is_forgotten() {
+    let rooms = Rooms::default().block(-3.0, -2.0, 4.0, 2.0);
+    let poses = vec![Pose2::new(-1.0, 0.0, 0.0); 30];
+    let felt = Point2::new(0.02, 0.02);
+    for mut map in [mapped(&rooms, &poses, fresh(), 1), {
+        let prior = rooms.surveyed(Point2::new(-4.0, -3.0), Point2::new(5.0, 3.0), 0.05);
+        OccupancyMap::from_occupancy(&MappingConfig::default(), &prior).unwrap()
+    }] {
+        let at = |map: &OccupancyMap| *map.occupancy().at_point(felt).unwrap();
+        assert_eq!(at(&map), Occupancy::Free);
+        map.feel([felt]);
+        assert_eq!((at(&map), map.felt().len()), (Occupancy::Occupied, 1));
+        let mut map = mapped(&rooms, &poses, map, 2);
+        assert_eq!(at(&map), Occupancy::Occupied);
+        // A map that grows moves its cells.
+        let far = vec![Pose2::new(-2.0, -1.0, 3.0); 3];
+        map = mapped(&rooms, &far, map, 3);
+        assert_eq!(at(&map), Occupancy::Occupied);
+        map.forget_unmapped(Point2::new(50.0, 0.0), 1.0);
+        assert_eq!(at(&map), Occupancy::Occupied);
+        assert_eq!(map.forget_felt(), 1);
+        assert_eq!(at(&mapped(&rooms, &poses, map, 4)), Occupancy::Free);
+    }
+}

@@ -1,0 +1,162 @@
+//! A cost map kept right, cell by cell, while the map that it prices changes.
+
+use std::ops::Range;
+
+use super::costmap::Pricing;
+use super::{
+    Cell, CostLayer, CostmapConfig, Grid, GridGeometry, Occupancy, OccupancyGrid, UnknownCells, WorldError,
+    costmap_with_layers,
+};
+use crate::robot::Footprint;
+
+/// Costs, what they were made of, and how: equal at all times to [`costmap_with_layers`] of the same map.
+#[derive(Clone, Debug)]
+pub struct KeptCosts {
+    footprint: Footprint,
+    config: CostmapConfig,
+    ground: Option<Vec<f32>>,
+    seen: OccupancyGrid,
+    costs: Grid<f32>,
+}
+
+/// Cells whose cost changed, and what they cost now.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CostChanges {
+    /// The cells, by row, then column.
+    pub cells: Vec<Cell>,
+    /// One cost per metre for each; infinite where blocked.
+    pub costs: Vec<f32>,
+}
+
+impl KeptCosts {
+    /// Prices `seen`; `ground` as [`costmap_with_layers`] takes it.
+    ///
+    /// # Errors
+    /// [`WorldError`] when the configuration or the ground is not usable.
+    pub fn new(
+        seen: OccupancyGrid,
+        footprint: Footprint,
+        config: CostmapConfig,
+        ground: Option<Vec<f32>>,
+    ) -> Result<Self, WorldError> {
+        let costs = costmap_with_layers(&seen, &footprint, &config, ground.as_deref(), &[])?;
+        Ok(Self { footprint, config, ground, seen, costs })
+    }
+
+    /// Cost per metre of every cell.
+    pub fn costs(&self) -> &Grid<f32> {
+        &self.costs
+    }
+
+    /// What is priced.
+    pub fn seen(&self) -> &OccupancyGrid {
+        &self.seen
+    }
+
+    /// Shape and place.
+    pub fn geometry(&self) -> GridGeometry {
+        self.seen.geometry
+    }
+
+    /// Takes over what cells are now and prices anew what that touches. Cells outside are left out.
+    pub fn update(&mut self, now: impl IntoIterator<Item = (Cell, Occupancy)>) -> CostChanges {
+        let geometry = self.seen.geometry;
+        let mut touched: Option<[usize; 4]> = None;
+        let is_priced = matches!(self.config.unknown, UnknownCells::Priced { .. });
+        for (cell, now) in now {
+            if cell.row >= geometry.rows || cell.col >= geometry.cols {
+                continue;
+            }
+            let before = &mut self.seen.values[geometry.index(cell)];
+            let dearer = self.config.is_blocking(*before) != self.config.is_blocking(now);
+            if dearer || (is_priced && *before != now) {
+                let Cell { row, col } = cell;
+                let [r0, r1, c0, c1] = touched.unwrap_or([row, row, col, col]);
+                touched = Some([r0.min(row), r1.max(row), c0.min(col), c1.max(col)]);
+            }
+            *before = now;
+        }
+        match touched {
+            Some([r0, r1, c0, c1]) => self.price(r0, r1, c0, c1),
+            None => CostChanges::default(),
+        }
+    }
+
+    /// Prices the box of changed cells, grown by how far a change reaches.
+    fn price(&mut self, r0: usize, r1: usize, c0: usize, c1: usize) -> CostChanges {
+        let geometry = self.seen.geometry;
+        let ground = self.ground.as_deref().map(|values| CostLayer {
+            name: "ground",
+            values,
+            weight: self.config.distance_weight,
+        });
+        let layers: Vec<&CostLayer> = ground.iter().collect();
+        let Self { config, footprint, .. } = self;
+        let pricing = Pricing { config, footprint, layers: &layers, flat: layers.is_empty() };
+        let reach = pricing.reach_cells(geometry.resolution_m);
+        let grown = |lo: usize, hi: usize, cells: usize| -> Range<usize> {
+            lo.saturating_sub(reach)..(hi + reach + 1).min(cells)
+        };
+        let (rows, cols) = (grown(r0, r1, geometry.rows), grown(c0, c1, geometry.cols));
+        let mut priced = pricing.of(&self.seen, rows.clone(), cols.clone()).into_iter();
+        let mut changes = CostChanges::default();
+        for row in rows {
+            for col in cols.clone() {
+                let Some(cost) = priced.next() else { return changes };
+                let there = &mut self.costs.values[row * geometry.cols + col];
+                if *there != cost {
+                    *there = cost;
+                    changes.cells.push(Cell::new(row, col));
+                    changes.costs.push(cost);
+                }
+            }
+        }
+        changes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose2;
+    use proptest::prelude::*;
+
+    const ROBOT: Footprint = Footprint { length_m: 0.3, width_m: 0.22 };
+    const ROWS: usize = 24;
+    const COLS: usize = 31;
+
+    fn any_cell() -> impl Strategy<Value = (Cell, Occupancy)> {
+        let seen = prop_oneof![Just(Occupancy::Free), Just(Occupancy::Occupied), Just(Occupancy::Unknown)];
+        ((0..ROWS + 2, 0..COLS + 2), seen).prop_map(|((row, col), seen)| (Cell::new(row, col), seen))
+    }
+
+    proptest! {
+        #[test]
+        fn costs_kept_through_any_changes_are_those_of_the_map_as_it_is_to_the_bit(
+            rounds in proptest::collection::vec(proptest::collection::vec(any_cell(), 0..6), 1..6),
+            unknown in prop_oneof![
+                Just(UnknownCells::Free), Just(UnknownCells::Blocked), Just(UnknownCells::Priced { factor: 2.5 })
+            ],
+            hilly in any::<bool>(),
+        ) {
+            let geometry =
+                GridGeometry { rows: ROWS, cols: COLS, resolution_m: 0.1, world_from_grid: Pose2::IDENTITY };
+            let config = CostmapConfig { unknown, soft_margin_m: 0.25, ..Default::default() };
+            let ground = hilly.then(|| (0..geometry.len()).map(|i| 1.0 + (i % 7) as f32).collect::<Vec<_>>());
+            let mut now = Grid::filled(geometry, Occupancy::Unknown);
+            let mut kept = KeptCosts::new(now.clone(), ROBOT, config, ground.clone()).unwrap();
+            for round in rounds {
+                let before = kept.costs().clone();
+                let changes = kept.update(round.iter().copied());
+                for &(cell, seen) in round.iter().filter(|(cell, _)| cell.row < ROWS && cell.col < COLS) {
+                    now.values[geometry.index(cell)] = seen;
+                }
+                let anew = costmap_with_layers(&now, &ROBOT, &config, ground.as_deref(), &[]).unwrap();
+                prop_assert_eq!(kept.costs(), &anew);
+                let differ = (0..geometry.len()).filter(|&i| before.values[i] != anew.values[i]);
+                let told: Vec<usize> = changes.cells.iter().map(|&cell| geometry.index(cell)).collect();
+                prop_assert_eq!(differ.collect::<Vec<_>>(), told);
+            }
+        }
+    }
+}
