@@ -403,7 +403,7 @@ def _heights(elevation: npt.ArrayLike) -> npt.NDArray[np.float32]:
             dtype="bool",
         )
     with np.errstate(over="ignore"):
-        return heights.astype(np.float32)
+        return heights.astype(np.float32, copy=False)
 
 
 def _or_none(roughness: npt.ArrayLike | None) -> npt.NDArray[np.float32] | None:

@@ -36,7 +36,8 @@ pub fn grid_of<T: Element + Copy>(
 ) -> Grid<T> {
     let cells = cells.as_array();
     let geometry = GridGeometry { rows: cells.nrows(), cols: cells.ncols(), resolution_m, world_from_grid };
-    Grid::new(geometry, cells.iter().copied().collect())
+    let values = cells.as_slice().map_or_else(|| cells.iter().copied().collect(), <[T]>::to_vec);
+    Grid::new(geometry, values)
 }
 
 /// An occupancy grid from uint8 cells: 0 free, 1 occupied, anything else unknown.

@@ -218,9 +218,12 @@ fn cell_inside((row, col): (i64, i64), rows: usize, cols: usize) -> Option<Cell>
 }
 
 /// (resolution [m], (x, y, yaw)) of a grid in the world.
-type Place = (f64, Triple);
+pub type Place = (f64, Triple);
 
-fn geometry_of<T: Element>(cells: &PyReadonlyArray2<'_, T>, (resolution_m, origin): Place) -> GridGeometry {
+pub fn geometry_of<T: Element>(
+    cells: &PyReadonlyArray2<'_, T>,
+    (resolution_m, origin): Place,
+) -> GridGeometry {
     let [rows, cols] = [cells.as_array().nrows(), cells.as_array().ncols()];
     GridGeometry { rows, cols, resolution_m, world_from_grid: pose_of(origin) }
 }

@@ -4,16 +4,17 @@ use cairn::geometry::Pose2;
 use cairn::plan::terrain::{
     AnyTerrainLinks, LinkCost, P3at, P3atEnergyLinks, P3atTimeLinks, TerrainModel, Tobler, ToblerLinks,
 };
-use cairn::plan::{self, DirectionWeights, PlanError, terrain};
+use cairn::plan::{DirectionWeights, PlanError, terrain};
 use cairn::world::{Cell, Grid, GridGeometry};
 use numpy::ndarray::ArrayView3;
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
 
-use crate::convert::grid_of;
+use crate::convert::{grid_of, triple};
 use crate::errors::{InputError, to_python};
-use crate::plan::{GridField, Means, cells_of, options_of, solved};
+use crate::plan::{GridField, Means, cells_of, geometry_of, options_of, solved};
+use crate::pool::with_planner;
 
 pub fn model_of(model: &Bound<'_, PyAny>) -> PyResult<TerrainModel> {
     let model: TerrainModel = pythonize::depythonize(model).map_err(|error| {
@@ -44,11 +45,22 @@ fn plan_terrain(
     means: Means,
 ) -> PyResult<GridField> {
     let model = model_of(model)?;
-    let elevation = grid(&elevation, cell_size_m);
+    let geometry = geometry_of(&elevation, (cell_size_m, triple(Pose2::IDENTITY)));
+    let goals = cells_of(goals, &geometry)?;
+    let options = options_of(&geometry, corner_cutting, false, means)?;
     let roughness = roughness.map(|roughness| grid(&roughness, cell_size_m));
-    let goals = cells_of(goals, &elevation.geometry)?;
-    let options = options_of(&elevation.geometry, corner_cutting, false, means)?;
-    solved(py.detach(|| plan::plan_terrain(&elevation, roughness.as_ref(), &model, &goals, &options)))
+    let cells = elevation.as_array();
+    solved(py.detach(|| {
+        with_planner(|planner| {
+            let elevation = match cells.as_slice() {
+                Some(heights) => planner.copied_f32(geometry, heights),
+                None => Grid::new(geometry, cells.iter().copied().collect()),
+            };
+            let field = planner.plan_terrain(&elevation, roughness.as_ref(), &model, &goals, &options);
+            planner.keep_f32(elevation);
+            field
+        })
+    }))
 }
 
 /// Cost of a way over terrain, a list of cells.
@@ -156,7 +168,8 @@ fn terrain_check(model: &Bound<'_, PyAny>) -> PyResult<()> {
 fn planes<T: Element + Copy>(weights: ArrayView3<'_, T>) -> (GridGeometry, Vec<T>) {
     let (_, rows, cols) = weights.dim();
     let geometry = GridGeometry { rows, cols, resolution_m: 1.0, world_from_grid: Pose2::IDENTITY };
-    (geometry, weights.iter().copied().collect())
+    let planes = weights.as_slice().map_or_else(|| weights.iter().copied().collect(), <[T]>::to_vec);
+    (geometry, planes)
 }
 
 /// The field of a grid with one float32 cost per move.
@@ -171,7 +184,7 @@ fn plan_weights_f32(
     let goals = cells_of(goals, &geometry)?;
     let options = options_of(&geometry, false, false, means)?;
     let weights = DirectionWeights::new(geometry, &planes).map_err(|e| to_python(&e))?;
-    solved(py.detach(|| plan::plan_weights_f32(&weights, &goals, &options)))
+    solved(py.detach(|| with_planner(|planner| planner.plan_weights_f32(&weights, &goals, &options))))
 }
 
 /// The field of a grid with one uint32 cost per move.
@@ -186,7 +199,7 @@ fn plan_weights_u32(
     let goals = cells_of(goals, &geometry)?;
     let options = options_of(&geometry, false, false, means)?;
     let weights = DirectionWeights::new(geometry, &planes).map_err(|e| to_python(&e))?;
-    solved(py.detach(|| plan::plan_weights_u32(&weights, &goals, &options)))
+    solved(py.detach(|| with_planner(|planner| planner.plan_weights_u32(&weights, &goals, &options))))
 }
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

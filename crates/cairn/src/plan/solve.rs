@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::field::Native;
 use super::moves::Moves;
 use super::policy::policy;
+use super::terrain::TerrainRoom;
 use super::tiles::{CellNumber, FreeBits, FreeGrid, MeanGrid, Room, Simd, Solved, Task, TileCost, solve};
 use super::update::{Basis, CostBasis, HasBasis};
 use super::{Field, PlanError, Values};
@@ -135,6 +136,7 @@ pub struct GridPlanner {
     pub(super) in_f32: Desk<f32>,
     pub(super) in_f64: Desk<f64>,
     pub(super) codes: Vec<i8>,
+    pub(super) terrain: TerrainRoom,
 }
 
 /// Room and spare arrays of one number type.
@@ -213,6 +215,11 @@ impl GridPlanner {
         self.in_f64.copied(geometry, costs)
     }
 
+    /// Keeps the memory of a grid for the next one copied.
+    pub fn keep_f32(&mut self, grid: Grid<f32>) {
+        self.in_f32.costs = grid.values;
+    }
+
     /// The field of free cells, where goals and options were found right.
     pub(super) fn plan_bits(
         &mut self,
@@ -247,7 +254,17 @@ impl GridPlanner {
         goals: &[Cell],
         options: &PlanOptions,
     ) -> Result<Field, PlanError> {
-        plan_costs(&mut self.in_f32, &mut self.codes, costs.share(), goals, options)
+        self.plan_shared_f32(costs.share(), goals, options)
+    }
+
+    // Apart, and the same whoever shares the costs: compiled once, not in every crate that plans.
+    fn plan_shared_f32(
+        &mut self,
+        costs: Arc<Grid<f32>>,
+        goals: &[Cell],
+        options: &PlanOptions,
+    ) -> Result<Field, PlanError> {
+        plan_costs(&mut self.in_f32, &mut self.codes, costs, goals, options)
     }
 
     /// As the function [`plan_costs_f64`].
@@ -260,7 +277,17 @@ impl GridPlanner {
         goals: &[Cell],
         options: &PlanOptions,
     ) -> Result<Field, PlanError> {
-        plan_costs(&mut self.in_f64, &mut self.codes, costs.share(), goals, options)
+        self.plan_shared_f64(costs.share(), goals, options)
+    }
+
+    // Apart, and the same whoever shares the costs: compiled once, not in every crate that plans.
+    fn plan_shared_f64(
+        &mut self,
+        costs: Arc<Grid<f64>>,
+        goals: &[Cell],
+        options: &PlanOptions,
+    ) -> Result<Field, PlanError> {
+        plan_costs(&mut self.in_f64, &mut self.codes, costs, goals, options)
     }
 
     /// Takes a field's arrays for the next one.

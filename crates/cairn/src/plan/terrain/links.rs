@@ -6,7 +6,7 @@ use crate::world::{Grid, GridGeometry};
 
 use super::link::{LinkCost, P3atEnergyLinks, P3atTimeLinks, ToblerLinks};
 use super::model::{TerrainModel, checked_cell_size};
-use super::surface::{allowed_moves, check_elevation, check_roughness, range, roughness_of};
+use super::surface::{allowed_moves, check_elevation, check_roughness, range, roughness_in};
 
 /// The links of a terrain, ready to be priced on the fly by any engine.
 ///
@@ -91,9 +91,16 @@ macro_rules! with_links {
 }
 pub(super) use with_links;
 
+/// Memory for what is read off a terrain, kept from one plan to the next.
+#[derive(Debug, Default)]
+pub struct TerrainRoom {
+    allowed: Vec<u8>,
+    roughness: Vec<f32>,
+}
+
 impl<'a> AnyTerrainLinks<'a> {
     /// Checks elevation \[m\], roughness and model, and finds the allowed moves. Without `roughness` it is read
-    /// off the elevation ([`roughness_of`]) where the model or its limits use it. The cell size is the
+    /// off the elevation ([`roughness_of`](super::roughness_of)) where the model or its limits use it. The cell size is the
     /// resolution of `elevation`.
     ///
     /// # Errors
@@ -101,6 +108,17 @@ impl<'a> AnyTerrainLinks<'a> {
     /// [`ElevationInfinite`](PlanError::ElevationInfinite), [`RoughnessShape`](PlanError::RoughnessShape),
     /// [`RoughnessOutOfRange`](PlanError::RoughnessOutOfRange).
     pub fn new(
+        elevation: &'a Grid<f32>,
+        roughness: Option<&'a Grid<f32>>,
+        model: &TerrainModel,
+        corner_cutting: bool,
+    ) -> Result<Self, PlanError> {
+        Self::new_in(&mut TerrainRoom::default(), elevation, roughness, model, corner_cutting)
+    }
+
+    /// As [`new`](Self::new), in memory to be [given back](Self::give_back).
+    pub(super) fn new_in(
+        room: &mut TerrainRoom,
         elevation: &'a Grid<f32>,
         roughness: Option<&'a Grid<f32>>,
         model: &TerrainModel,
@@ -119,12 +137,15 @@ impl<'a> AnyTerrainLinks<'a> {
         let priced = !matches!(model, TerrainModel::Tobler(_));
         let roughness: Cow<'a, [f32]> = match roughness {
             Some(given) => Cow::Borrowed(&given.values),
-            None if priced || limits.roughness < f64::INFINITY => Cow::Owned(roughness_of(elevation)?.values),
+            None if priced || limits.roughness < f64::INFINITY => {
+                Cow::Owned(roughness_in(std::mem::take(&mut room.roughness), elevation)?)
+            }
             None => Cow::Borrowed(&[]),
         };
         let roughest = given_range.unwrap_or_else(|| range(&roughness))[1].max(0.0);
         let known = (!roughness.is_empty()).then_some(&*roughness);
-        let allowed = allowed_moves(&geometry, &elevation.values, known, &limits, corner_cutting);
+        let memory = std::mem::take(&mut room.allowed);
+        let allowed = allowed_moves(&geometry, &elevation.values, known, &limits, corner_cutting, memory);
         let elevation = elevation.values.as_slice();
         let max_roughness = limits.roughness as f32;
         let steepest = limits.steepest(size).min((highest - lowest).max(0.0));
@@ -151,6 +172,16 @@ impl<'a> AnyTerrainLinks<'a> {
 }
 
 impl AnyTerrainLinks<'_> {
+    /// Leaves memory for the next terrain.
+    pub(super) fn give_back(self, room: &mut TerrainRoom) {
+        with_links!(self, links => {
+            room.allowed = links.allowed;
+            if let Cow::Owned(roughness) = links.roughness {
+                room.roughness = roughness;
+            }
+        });
+    }
+
     /// The allowed moves: bit k of each cell for the move with code k out of it.
     pub fn into_allowed(self) -> Vec<u8> {
         with_links!(self, links => links.allowed)

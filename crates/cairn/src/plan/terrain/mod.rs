@@ -15,7 +15,7 @@ use crate::world::{Cell, Grid};
 
 pub use exp2::exp2;
 pub use link::{LinkCost, P3atEnergyLinks, P3atTimeLinks, ToblerLinks};
-pub use links::{AnyTerrainLinks, TerrainLinks};
+pub use links::{AnyTerrainLinks, TerrainLinks, TerrainRoom};
 pub use model::{P3at, TerrainModel, Tobler};
 pub use path::terrain_path_cost;
 pub use rows::DirectedRows;

@@ -55,9 +55,21 @@ impl GridPlanner {
         goals: &[Cell],
         options: &PlanOptions,
     ) -> Result<Field, PlanError> {
-        let links = AnyTerrainLinks::new(elevation, roughness, model, options.corner_cutting)?;
-        let geometry = &elevation.geometry;
-        with_links!(&links, links => {
+        let room = &mut self.terrain;
+        let links = AnyTerrainLinks::new_in(room, elevation, roughness, model, options.corner_cutting)?;
+        let field = self.plan_links(&elevation.geometry, &links, goals, options);
+        links.give_back(&mut self.terrain);
+        field
+    }
+
+    fn plan_links(
+        &mut self,
+        geometry: &GridGeometry,
+        links: &AnyTerrainLinks<'_>,
+        goals: &[Cell],
+        options: &PlanOptions,
+    ) -> Result<Field, PlanError> {
+        with_links!(links, links => {
             let free = |index: usize| !links.is_blocked(index);
             let indices = checked_goals(geometry, goals, options, free)?;
             let solved = solved(&mut self.in_f32, &mut self.codes, geometry, links, &indices, options);

@@ -122,35 +122,60 @@ impl<'a> Padded<'a> {
 /// # Errors
 /// [`PlanError::ElevationInfinite`], [`PlanError::CellSizeOutOfRange`].
 pub fn roughness_of(elevation: &Grid<f32>) -> Result<Grid<f32>, PlanError> {
+    Ok(Grid::new(elevation.geometry, roughness_in(Vec::new(), elevation)?))
+}
+
+/// [`roughness_of`] in memory that was used before.
+pub(super) fn roughness_in(memory: Vec<f32>, elevation: &Grid<f32>) -> Result<Vec<f32>, PlanError> {
     check_elevation(elevation)?;
     let per_cell = (1.0 / super::model::checked_cell_size(elevation.geometry.resolution_m)?) as f32;
-    let grid = Padded::new(&elevation.geometry, &elevation.values);
-    let cols = grid.cols;
-    let (mut before, mut here, mut after) = (grid.line(), grid.line(), grid.line());
-    let mut values = vec![0.0_f32; elevation.values.len()];
-    for row in 0..grid.rows {
-        grid.read(row.checked_sub(1), &mut before);
-        grid.read(Some(row), &mut here);
-        grid.read(Some(row + 1), &mut after);
-        let out = &mut values[row * cols..][..cols];
-        let (b, h, a) = (&before[..cols + 2], &here[..cols + 2], &after[..cols + 2]);
-        for col in 0..cols {
-            let height = h[col + 1];
-            let pairs =
-                [(h[col], h[col + 2]), (b[col], a[col + 2]), (b[col + 1], a[col + 1]), (b[col + 2], a[col])];
-            let (mut sum, mut count) = (0.0_f32, 0.0_f32);
-            for (first, second) in pairs {
-                let off = height - (first + second) * 0.5;
-                let known = !off.is_nan();
-                sum += if known { off * off } else { 0.0 };
-                count += if known { 1.0 } else { 0.0 };
+    Ok(at_widest(RoughnessOf { elevation, per_cell, memory }))
+}
+
+struct RoughnessOf<'a> {
+    elevation: &'a Grid<f32>,
+    per_cell: f32,
+    memory: Vec<f32>,
+}
+
+impl Loops for RoughnessOf<'_> {
+    type Result = Vec<f32>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<f32> {
+        let Self { elevation, per_cell, memory: mut values } = self;
+        let grid = Padded::new(&elevation.geometry, &elevation.values);
+        let cols = grid.cols;
+        let (mut before, mut here, mut after) = (grid.line(), grid.line(), grid.line());
+        values.resize(elevation.values.len(), 0.0);
+        for row in 0..grid.rows {
+            grid.read(row.checked_sub(1), &mut before);
+            grid.read(Some(row), &mut here);
+            grid.read(Some(row + 1), &mut after);
+            let out = &mut values[row * cols..][..cols];
+            let (b, h, a) = (&before[..cols + 2], &here[..cols + 2], &after[..cols + 2]);
+            for col in 0..cols {
+                let height = h[col + 1];
+                let pairs = [
+                    (h[col], h[col + 2]),
+                    (b[col], a[col + 2]),
+                    (b[col + 1], a[col + 1]),
+                    (b[col + 2], a[col]),
+                ];
+                let (mut sum, mut count) = (0.0_f32, 0.0_f32);
+                for (first, second) in pairs {
+                    let off = height - (first + second) * 0.5;
+                    let known = !off.is_nan();
+                    sum += if known { off * off } else { 0.0 };
+                    count += if known { 1.0 } else { 0.0 };
+                }
+                let most = if count > 1.0 { count } else { 1.0 };
+                let rough = (sum / most).sqrt() * per_cell;
+                out[col] = if height.is_nan() { f32::NAN } else { rough };
             }
-            let most = if count > 1.0 { count } else { 1.0 };
-            let rough = (sum / most).sqrt() * per_cell;
-            out[col] = if height.is_nan() { f32::NAN } else { rough };
         }
+        values
     }
-    Ok(Grid::new(elevation.geometry, values))
 }
 
 /// The limits in f32 for one cell size: tan(limit) * run in f64, rounded once, at most the largest f32.
@@ -209,14 +234,17 @@ fn upright(left: f32, right: f32, middle: f32, bound: f32) -> bool {
 ///   its left and of those to its right, two cells apart (a side counts only if both its cells do); diagonal,
 ///   between the two cells beside it, √2 cells apart. Where one side is missing, twice the difference to the
 ///   middle (h(n) + h(m)) * 0.5 stands in; where both are, it is level.
+///
+/// They are written to `memory`, which may have been used before.
 pub(super) fn allowed_moves(
     geometry: &GridGeometry,
     elevation: &[f32],
     roughness: Option<&[f32]>,
     limits: &Limits,
     corner_cutting: bool,
+    memory: Vec<u8>,
 ) -> Vec<u8> {
-    at_widest(AllowedMoves { geometry, elevation, roughness, limits, corner_cutting })
+    at_widest(AllowedMoves { geometry, elevation, roughness, limits, corner_cutting, memory })
 }
 
 struct AllowedMoves<'a> {
@@ -225,6 +253,7 @@ struct AllowedMoves<'a> {
     roughness: Option<&'a [f32]>,
     limits: &'a Limits,
     corner_cutting: bool,
+    memory: Vec<u8>,
 }
 
 /// Reads a row of heights, NaN where it is rougher than `most`.
@@ -250,7 +279,7 @@ impl Loops for AllowedMoves<'_> {
 
     #[inline(always)]
     fn run(self) -> Vec<u8> {
-        let Self { geometry, elevation, roughness, limits, corner_cutting } = self;
+        let Self { geometry, elevation, roughness, limits, corner_cutting, memory: mut allowed } = self;
         let bounds = Bounds::new(limits, geometry.resolution_m);
         let most = limits.roughness as f32;
         let (heights, rough) =
@@ -260,7 +289,8 @@ impl Loops for AllowedMoves<'_> {
         let (mut before, mut here, mut after) = (heights.line(), heights.line(), heights.line());
         read_known(&heights, rough, most, Some(0), &mut scratch, &mut here);
         read_known(&heights, rough, most, Some(1), &mut scratch, &mut after);
-        let mut allowed = vec![0_u8; elevation.len()];
+        allowed.clear();
+        allowed.resize(elevation.len(), 0);
         let mut backs = vec![0_u8; cols];
         for row in 0..geometry.rows {
             let (this, next) = allowed[row * cols..].split_at_mut(cols);
