@@ -1,12 +1,14 @@
 //! The tiles of a grid: their numbers, and what their borders have been offered.
 
 use super::SIDE;
-use super::lanes::TileCost;
+use super::lanes::{Lanes, TileCost};
 use super::sweep::CELLS;
 
 /// Numbers from one tile to the next: a little more than a tile, so that the tiles of a column do not
 /// all fall into the same sets of the cache.
 const STRIDE: usize = CELLS + 32;
+/// Bytes of a line of the cache.
+const LINE: usize = 64;
 /// Numbers of the border record of a tile.
 const BORDER: usize = 4 * SIDE;
 
@@ -78,6 +80,18 @@ impl<T: TileCost> Board<T> {
         assert!(tile < self.tile_rows * self.tile_cols);
         // SAFETY: `reset` reserved a stride for each tile behind the aligned start.
         unsafe { self.numbers.as_ptr().cast_mut().add(self.aligned + tile * STRIDE) }
+    }
+
+    /// Says that a tile will soon be visited.
+    #[inline(always)]
+    pub fn prefetch<L: Lanes<Number = T>>(&self, tile: usize) {
+        let (numbers, record) = (self.tile(tile), self.border(tile, Side::North));
+        for at in (0..CELLS).step_by(LINE / size_of::<T>()) {
+            L::prefetch_for_writing(numbers.wrapping_add(at));
+        }
+        for at in (0..BORDER).step_by(LINE / size_of::<T>()) {
+            L::prefetch_for_writing(record.wrapping_add(at));
+        }
     }
 
     /// The border record of a tile along `side`.

@@ -217,18 +217,6 @@ where
         &desk.cols
     }
 
-    fn corner(&self, tile: usize, down: bool, right: bool) -> T {
-        let (row, col) = self.place(tile);
-        let row = if down { row + SIDE } else { row - 1 }; // the tile beyond exists
-        let col = if right { col + SIDE } else { col - 1 };
-        match (down, right) {
-            (true, true) => self.cost_of::<5>(row, col),
-            (true, false) => self.cost_of::<7>(row, col),
-            (false, true) => self.cost_of::<3>(row, col),
-            (false, false) => self.cost_of::<1>(row, col),
-        }
-    }
-
     fn cost(&self, row: usize, col: usize, code: usize) -> T {
         match code {
             0 => self.cost_of::<0>(row, col),

@@ -5,7 +5,8 @@ use super::bits::FreeBits;
 use super::creep::{Creep, is_narrow};
 use super::finish::Around;
 use super::lanes::{LANES, Lanes, TileCost};
-use super::sweep::{Dirty, FreeLinks, Marks, OpenLinks, settle};
+use super::open::OpenLinks;
+use super::sweep::{Dirty, FreeLinks, Marks, settle};
 use super::visit::Links;
 use crate::plan::moves::MOVES;
 
@@ -65,7 +66,11 @@ impl<T: TileCost, const CUT: bool> Links for FreeGrid<'_, T, CUT> {
     ) -> Marks {
         if desk.open {
             let links = OpenLinks { straight: desk.rows.straight, diagonal: desk.rows.diagonal };
-            return unsafe { settle::<L, _>(values, turned, &links, &links, dirty) };
+            return if dirty.sides != 0 {
+                unsafe { links.spread(values, turned, dirty) }
+            } else {
+                unsafe { settle::<L, _>(values, turned, &links, &links, dirty) }
+            };
         }
         if is_narrow(&desk.rows.free) {
             let steps = [self.straight, self.diagonal];
@@ -73,16 +78,6 @@ impl<T: TileCost, const CUT: bool> Links for FreeGrid<'_, T, CUT> {
             return unsafe { desk.creep.settle::<T, CUT>(values, &desk.rows.free, through, dirty) };
         }
         unsafe { settle::<L, _>(values, turned, &desk.rows, &desk.cols, dirty) }
-    }
-
-    #[inline(always)]
-    fn corner(&self, tile: usize, down: bool, right: bool) -> T {
-        let (row, col) = (tile / self.free.tile_cols * SIDE, tile % self.free.tile_cols * SIDE);
-        let (row, col) = (if down { row + SIDE - 1 } else { row }, if right { col + SIDE - 1 } else { col });
-        let step = |at: usize, forward: bool| if forward { at + 1 } else { at - 1 }; // the tile beyond exists
-        let (row_beyond, col_beyond) = (step(row, down), step(col, right));
-        let sides = CUT || self.free.is_free(row, col_beyond) && self.free.is_free(row_beyond, col);
-        if sides && self.free.is_free(row_beyond, col_beyond) { self.diagonal } else { T::FAR }
     }
 
     fn cost(&self, row: usize, col: usize, code: usize) -> T {

@@ -239,17 +239,6 @@ impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
         unsafe { settle::<L, _>(values, turned, &desk.rows, &desk.cols, dirty) }
     }
 
-    fn corner(&self, tile: usize, down: bool, right: bool) -> T {
-        let (row, col) = self.tile_corner(tile);
-        let row = (if down { row + SIDE - 1 } else { row }) as isize;
-        let col = (if right { col + SIDE - 1 } else { col }) as isize;
-        let (beyond_row, beyond_col) =
-            (if down { row + 1 } else { row - 1 }, if right { col + 1 } else { col - 1 });
-        let far = T::FAR;
-        let sides = CUT || self.at(row, beyond_col) < far && self.at(beyond_row, col) < far;
-        if sides { self.at(row, col).link(self.at(beyond_row, beyond_col), true) } else { far }
-    }
-
     fn cost(&self, row: usize, col: usize, code: usize) -> T {
         let (down, right) = MOVES[code];
         let (row, col) = (row as isize, col as isize);

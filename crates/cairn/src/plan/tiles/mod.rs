@@ -21,6 +21,7 @@ mod lanes;
 mod lanes_tests;
 mod level;
 mod mean;
+mod open;
 #[cfg(any(test, not(target_arch = "x86_64")))]
 mod plain;
 mod queue;
@@ -28,6 +29,7 @@ mod queue;
 mod registers;
 mod repair;
 mod run;
+mod shadow;
 mod slopes;
 #[cfg(target_arch = "x86_64")]
 mod sse2;

@@ -122,6 +122,11 @@ impl<T: TileCost> Queue<T> {
         Next::Visit { tile, news, first: !std::mem::replace(&mut self.visited[tile], true) }
     }
 
+    /// The tile that will probably be visited next.
+    pub fn soon(&self) -> Option<usize> {
+        self.heap.peek().map(|&Reverse((_, tile))| tile as usize)
+    }
+
     /// A visit ended.
     pub fn ended(&mut self, tile: usize) {
         self.in_flight.retain(|&(other, _)| other as usize != tile);

@@ -12,14 +12,12 @@ use super::lanes::{Lanes, TileCost};
 use super::level::{Job, Simd, at_level};
 use super::queue::Next;
 use super::run::Room;
+use super::shadow::{Policy, Shadow};
 use super::sweep::{CELLS, LineLinks, load_line, store_line};
 use super::thin::is_thin;
 use super::visit::{Links, Turned, Wakes, visit};
 use crate::plan::Cost;
 use crate::plan::moves::MOVES;
-
-/// Forgotten cells that are as much work as one visit to a tile.
-const CELLS_PER_VISIT: usize = 512;
 
 /// The tile's own numbers are on the board.
 const TILE: u8 = 1 << 4;
@@ -33,28 +31,39 @@ pub struct RepairRoom {
     on_board: Vec<u8>,
     /// Tiles with any of these.
     touched: Vec<u32>,
-    stack: Vec<u32>,
+    shadow: Shadow,
 }
 
 impl RepairRoom {
-    fn reset(&mut self, tiles: usize) {
+    fn reset(&mut self, tile_rows: usize, tile_cols: usize) {
+        self.shadow.reset(tile_rows, tile_cols);
         for tile in self.touched.drain(..) {
             if let Some(flags) = self.on_board.get_mut(tile as usize) {
                 *flags = 0;
             }
         }
-        self.on_board.resize(tiles, 0);
+        self.on_board.resize(tile_rows * tile_cols, 0);
     }
 
     /// Sets flags; returns those that were set before.
     fn set(&mut self, tile: usize, flags: u8) -> u8 {
-        let before = self.on_board[tile];
-        if before == 0 {
-            self.touched.push(tile as u32);
-        }
-        self.on_board[tile] |= flags;
-        before
+        set(&mut self.on_board, &mut self.touched, tile, flags)
     }
+
+    /// The tiles marked [`CHANGED`].
+    fn changed(&self) -> Vec<u32> {
+        let is_changed = |&tile: &u32| self.on_board[tile as usize] & CHANGED != 0;
+        self.touched.iter().copied().filter(is_changed).collect()
+    }
+}
+
+fn set(on_board: &mut [u8], touched: &mut Vec<u32>, tile: usize, flags: u8) -> u8 {
+    let before = on_board[tile];
+    if before == 0 {
+        touched.push(tile as u32);
+    }
+    on_board[tile] |= flags;
+    before
 }
 
 /// A field being repaired: row-major.
@@ -71,7 +80,7 @@ pub struct Repair<'a, K: Links> {
     pub values: &'a mut [K::Number],
     /// Codes of the next cell before, and after.
     pub codes: &'a mut [i8],
-    /// Give up when more work than this was done: visits to tiles, tiles written out, and forgotten cells.
+    /// Give up when more work than this was done: visits to tiles, and a tile's worth of forgotten cells for one.
     pub most_work: usize,
 }
 
@@ -98,7 +107,7 @@ pub fn repair<K: Links>(
     let (tile_rows, tile_cols) = (repair.rows.div_ceil(SIDE), repair.cols.div_ceil(SIDE));
     room.board.make_room(tile_rows, tile_cols);
     room.queue.reset(tile_rows, tile_cols);
-    room.repair.reset(tile_rows * tile_cols);
+    room.repair.reset(tile_rows, tile_cols);
     let forgotten = repair.forget(&mut room.repair)?;
     at_level(simd, Run { room, repair, forgotten })
 }
@@ -109,7 +118,7 @@ impl<K: Links> Repair<'_, K> {
     fn forget(&mut self, room: &mut RepairRoom) -> Option<usize> {
         let tile_cols = self.cols.div_ceil(SIDE);
         let unreachable = K::Number::UNREACHABLE;
-        room.stack.clear();
+        let policy = Policy { codes: self.codes, rows: self.rows, cols: self.cols };
         for &(row, col) in self.changed {
             // The links of a cell, and those that pass its corners, end within one cell of it.
             for row in row.saturating_sub(1)..(row + 2).min(self.rows) {
@@ -124,34 +133,22 @@ impl<K: Links> Repair<'_, K> {
                         ahead < unreachable && ahead.sum(cost) <= self.values[index]
                     };
                     if !holds {
-                        self.values[index] = unreachable;
-                        self.codes[index] = -1;
-                        room.stack.push(index as u32);
+                        room.shadow.forget(&policy, row, col);
                     }
                 }
             }
         }
-        let most = self.most_work.saturating_mul(CELLS_PER_VISIT);
-        let mut forgotten = 0;
-        while let Some(index) = room.stack.pop() {
-            let index = index as usize;
-            let (row, col) = (index / self.cols, index % self.cols);
-            room.set(row / SIDE * tile_cols + col / SIDE, TILE | CHANGED);
-            forgotten += 1;
-            if forgotten > most {
-                return None;
-            }
-            for (code, &(down, right)) in MOVES.iter().enumerate() {
-                let (row, col) = (row.wrapping_add_signed(down), col.wrapping_add_signed(right));
-                if row >= self.rows || col >= self.cols {
-                    continue;
-                }
-                let behind = row * self.cols + col;
-                if self.codes[behind] == (code as i8 + 4) % 8 {
-                    self.values[behind] = unreachable;
-                    self.codes[behind] = -1;
-                    room.stack.push(behind as u32);
-                }
+        let policy = Policy { codes: self.codes, rows: self.rows, cols: self.cols };
+        let forgotten = room.shadow.spread(&policy, self.most_work.saturating_mul(CELLS))?;
+        let RepairRoom { shadow, on_board, touched } = room;
+        for (tile, line, mut cells) in shadow.forgotten() {
+            set(on_board, touched, tile, TILE | CHANGED);
+            let (row, first_col) = (tile / tile_cols * SIDE + line, tile % tile_cols * SIDE);
+            while cells != 0 {
+                let index = row * self.cols + first_col + cells.trailing_zeros() as usize;
+                cells &= cells - 1;
+                self.values[index] = unreachable;
+                self.codes[index] = -1;
             }
         }
         Some(forgotten)
@@ -206,7 +203,7 @@ impl<K: Links> Job for Run<'_, '_, K> {
             }
             queue.visited[tile] = true;
         }
-        let done = forgotten / CELLS_PER_VISIT;
+        let done = forgotten / CELLS;
         while let Next::Visit { tile, news, .. } = queue.take(None) {
             if done + queue.visits > repair.most_work {
                 return None;
@@ -226,12 +223,7 @@ impl<K: Links> Job for Run<'_, '_, K> {
         }
 
         // The policy looks one cell beyond each tile: neighbours are written out too.
-        let changed: Vec<u32> = marks
-            .touched
-            .iter()
-            .copied()
-            .filter(|&tile| marks.on_board[tile as usize] & CHANGED != 0)
-            .collect();
+        let changed = marks.changed();
         for &tile in &changed {
             for (down, right) in MOVES {
                 let Some(other) = board.beside(tile as usize, down, right) else { continue };
@@ -241,12 +233,7 @@ impl<K: Links> Job for Run<'_, '_, K> {
             }
         }
         let Repair { links, rows, cols, .. } = repair;
-        let written: Vec<u32> = marks
-            .touched
-            .iter()
-            .copied()
-            .filter(|&tile| marks.on_board[tile as usize] & CHANGED != 0)
-            .collect();
+        let written = marks.changed();
         for &tile in &written {
             repair.copy_records(board, marks, tile as usize);
         }

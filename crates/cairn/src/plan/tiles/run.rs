@@ -150,7 +150,7 @@ impl<K: Links> Job for Visits<'_, '_, K> {
         let mut wakes = Wakes::default();
         let mut ended = None;
         loop {
-            let next = {
+            let (next, soon) = {
                 let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
                 for (tile, news, least) in wakes.drain() {
                     queue.add(tile, news, least);
@@ -161,8 +161,11 @@ impl<K: Links> Job for Visits<'_, '_, K> {
                 let start = start.filter(|&(tile, _)| queue.visited[tile] && !queue.is_in_flight(tile));
                 // SAFETY: the tile was filled and nobody is at it.
                 let bound = start.map(|(tile, cell)| unsafe { *board.tile(tile).add(cell) }.key());
-                queue.take(bound)
+                (queue.take(bound), queue.soon())
             };
+            if let Some(soon) = soon {
+                board.prefetch::<L>(soon);
+            }
             match next {
                 // SAFETY: the queue keeps tiles in flight apart; the level is enabled.
                 Next::Visit { tile, news, first } => unsafe {

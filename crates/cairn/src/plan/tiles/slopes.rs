@@ -364,19 +364,6 @@ impl<M: LinkCost> Links for TerrainLinks<'_, M> {
         &desk.cols
     }
 
-    fn corner(&self, tile: usize, down: bool, right: bool) -> f32 {
-        let (row, col) = self.place(tile);
-        let row = if down { row + SIDE } else { row - 1 }; // the tile beyond exists
-        let col = if right { col + SIDE } else { col - 1 };
-        let code = match (down, right) {
-            (true, true) => 5,
-            (true, false) => 7,
-            (false, true) => 3,
-            (false, false) => 1,
-        };
-        Links::cost(self, row, col, code)
-    }
-
     fn cost(&self, row: usize, col: usize, code: usize) -> f32 {
         let index = row * self.geometry.cols + col;
         if self.allowed[index] >> code & 1 == 1 {

@@ -4,6 +4,7 @@
 //! neighbour line offers, straight and aslant. The four sweeps (rows down, rows up, columns right,
 //! columns left) cover all eight moves; each update is one link, added once, as Dijkstra adds it.
 
+use super::board::News;
 use super::lanes::{LANES, Lanes, TileCost};
 use super::{SIDE, bits::Lines};
 
@@ -63,30 +64,6 @@ impl<L: Lanes, const CUT: bool> LineLinks<L> for FreeLinks<L, CUT> {
     }
 }
 
-/// Links of a tile whose cells are all free.
-pub struct OpenLinks<L> {
-    /// Cost of a straight link.
-    pub straight: L,
-    /// Cost of a diagonal link.
-    pub diagonal: L,
-}
-
-impl<L: Lanes> LineLinks<L> for OpenLinks<L> {
-    #[inline(always)]
-    fn lower<const FORWARD: bool>(&self, _: usize, before: &Line<L>, line: &mut Line<L>) -> u64 {
-        let far = L::splat(L::Number::FAR);
-        let mut changed = 0;
-        for k in 0..VECTORS {
-            let left = before[k].after(if k > 0 { before[k - 1] } else { far });
-            let right = before[k].ahead(if k + 1 < VECTORS { before[k + 1] } else { far });
-            let offered = left.min(right).plus(self.diagonal).min(before[k].plus(self.straight));
-            changed |= u64::from(offered.less(line[k])) << (k * LANES);
-            line[k] = line[k].min(offered);
-        }
-        changed
-    }
-}
-
 /// # Safety
 /// `values` holds a tile; the level of `L` is enabled.
 #[inline(always)]
@@ -127,6 +104,24 @@ pub struct Marks {
     pub lines: u64,
     /// Columns with a cell that fell.
     pub across: u64,
+}
+
+impl Marks {
+    /// Every line and column.
+    pub const ALL: Self = Self { lines: !0, across: !0 };
+
+    /// Marks those of `other` too.
+    #[inline(always)]
+    pub fn add(&mut self, other: Self) {
+        self.lines |= other.lines;
+        self.across |= other.across;
+    }
+
+    /// The same of the tile turned about its diagonal.
+    #[inline(always)]
+    pub fn turned(self) -> Self {
+        Self { lines: self.across, across: self.lines }
+    }
 }
 
 /// Carries the marked lines of a tile forward (or backward) as far as anything falls.
@@ -177,11 +172,13 @@ pub struct Dirty {
     pub right: u64,
     /// Columns, to the left.
     pub left: u64,
+    /// The sides whose line fell, if nothing else did.
+    pub sides: News,
 }
 
 impl Dirty {
     /// Everything.
-    pub const ALL: Self = Self { down: !0, up: !0, right: !0, left: !0 };
+    pub const ALL: Self = Self { down: !0, up: !0, right: !0, left: !0, sides: 0 };
 
     /// Marks the rows and columns that fell.
     #[inline(always)]
@@ -193,14 +190,20 @@ impl Dirty {
     }
 }
 
-/// Copies a tile turned about its diagonal.
+/// Copies a tile turned about its diagonal, as far as it changed in the marked lines and columns.
 ///
 /// # Safety
 /// Both hold a tile, apart from each other; the level of `L` is enabled.
 #[inline(always)]
-pub unsafe fn turn<L: Lanes>(from: *const L::Number, to: *mut L::Number) {
+pub unsafe fn turn<L: Lanes>(from: *const L::Number, to: *mut L::Number, of: Marks) {
     for row in (0..SIDE).step_by(LANES) {
+        if (of.lines >> row) as u16 == 0 {
+            continue;
+        }
         for col in (0..SIDE).step_by(LANES) {
+            if (of.across >> col) as u16 == 0 {
+                continue;
+            }
             unsafe { L::transpose(from.add(row * SIDE + col), SIDE, to.add(col * SIDE + row), SIDE) };
         }
     }
@@ -218,36 +221,34 @@ pub unsafe fn settle<L: Lanes, K: LineLinks<L>>(
     cols: &K,
     mut dirty: Dirty,
 ) -> Marks {
-    let mut fell = Marks::default();
+    let (mut fell, mut unturned) = (Marks::default(), Marks::ALL);
     loop {
-        let down = unsafe { sweep::<true, L, K>(values, rows, std::mem::take(&mut dirty.down)) };
-        dirty.up |= down.lines;
-        dirty.right |= down.across;
-        dirty.left |= down.across;
+        let mut along = unsafe { sweep::<true, L, K>(values, rows, std::mem::take(&mut dirty.down)) };
+        dirty.up |= along.lines;
         let up = unsafe { sweep::<false, L, K>(values, rows, std::mem::take(&mut dirty.up)) };
         dirty.down |= up.lines;
-        dirty.right |= up.across;
-        dirty.left |= up.across;
-        fell.lines |= down.lines | up.lines;
-        fell.across |= down.across | up.across;
+        along.add(up);
+        dirty.right |= along.across;
+        dirty.left |= along.across;
+        fell.add(along);
+        unturned.add(along);
         if dirty.right & !(1 << (SIDE - 1)) | dirty.left & !1 == 0 {
             if dirty.down & !(1 << (SIDE - 1)) | dirty.up & !1 == 0 {
                 return fell;
             }
             continue;
         }
-        unsafe { turn::<L>(values, turned) };
-        let right = unsafe { sweep::<true, L, K>(turned, cols, std::mem::take(&mut dirty.right)) };
-        dirty.left |= right.lines;
+        unsafe { turn::<L>(values, turned, std::mem::take(&mut unturned)) };
+        let mut along = unsafe { sweep::<true, L, K>(turned, cols, std::mem::take(&mut dirty.right)) };
+        dirty.left |= along.lines;
         let left = unsafe { sweep::<false, L, K>(turned, cols, std::mem::take(&mut dirty.left)) };
         dirty.right |= left.lines;
-        let across = right.across | left.across;
-        if across != 0 {
-            unsafe { turn::<L>(turned, values) };
-            dirty.down |= across;
-            dirty.up |= across;
-            fell.lines |= across;
-            fell.across |= right.lines | left.lines;
+        along.add(left);
+        if along.lines != 0 {
+            unsafe { turn::<L>(turned, values, along) };
+            dirty.down |= along.across;
+            dirty.up |= along.across;
+            fell.add(along.turned());
         }
     }
 }

@@ -37,9 +37,6 @@ pub trait Links: Sync {
     ) -> Marks {
         unsafe { settle::<L, _>(values, turned, Self::rows(desk), Self::cols(desk), dirty) }
     }
-    /// Cost of the link into the tile diagonally across a corner of `tile`, from its corner cell:
-    /// toward higher rows (`down`), toward higher columns (`right`). FAR if there is none.
-    fn corner(&self, tile: usize, down: bool, right: bool) -> Self::Number;
     /// Cost of the move with a code out of a cell; FAR if there is none.
     fn cost(&self, row: usize, col: usize, code: usize) -> Self::Number;
     /// Lays out what [`on_the_way`](Self::on_the_way) needs of a tile.
@@ -173,6 +170,7 @@ pub unsafe fn visit<L: Lanes, K: Links<Number = L::Number>>(
         }
     }
     dirty.mark(rows, cols);
+    dirty.sides = if news & ALL_LINES == 0 { news } else { 0 };
     links.lay_out::<L>(tile, desk);
     let fell = unsafe { links.settle::<L>(desk, values, turned.0.as_mut_ptr(), dirty) };
     rows |= fell.lines;
@@ -203,14 +201,18 @@ pub unsafe fn visit<L: Lanes, K: Links<Number = L::Number>>(
             unsafe { offer::<L, _>(board, col_links, &line, other, facing, right > 0, wakes) };
         }
     }
-    for (down, right) in [(false, false), (false, true), (true, false), (true, true)] {
+    for (down, right, back) in [(false, false, 1), (false, true, 3), (true, true, 5), (true, false, 7)] {
         let (row, col) = (if down { LAST } else { 0 }, if right { LAST } else { 0 });
         if rows & 1 << row == 0 || cols & 1 << col == 0 {
             continue;
         }
         let (by_row, by_col) = (if down { 1 } else { -1 }, if right { 1 } else { -1 });
         let Some(other) = board.beside(tile, by_row, by_col) else { continue };
-        let offered = unsafe { (*values.add(row * SIDE + col)).sum(links.corner(tile, down, right)) };
+        // The cell beyond the corner: the move from there to here has code `back`.
+        let beyond_row = (tile / board.tile_cols * SIDE + row).wrapping_add_signed(by_row);
+        let beyond_col = (tile % board.tile_cols * SIDE + col).wrapping_add_signed(by_col);
+        let link = links.cost(beyond_row, beyond_col, back);
+        let offered = unsafe { (*values.add(row * SIDE + col)).sum(link) };
         let facing = if down { Side::North } else { Side::South };
         let record = unsafe { board.border(other, facing).add(LAST - col) };
         unsafe {
