@@ -74,11 +74,11 @@ impl<L: Lanes> OpenLinks<L> {
         loop {
             let mut changed = 0;
             let before = line;
-            for k in 0..VECTORS {
+            for (k, numbers) in line.iter_mut().enumerate() {
                 let beside = moved_up(&before, k, L::Number::FAR).min(moved_down(&before, k, L::Number::FAR));
                 let offered = beside.plus(self.straight);
-                changed |= u64::from(offered.less(line[k])) << (k * LANES);
-                line[k] = line[k].min(offered);
+                changed |= u64::from(offered.less(*numbers)) << (k * LANES);
+                *numbers = numbers.min(offered);
             }
             if changed == 0 {
                 break;
