@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -57,7 +58,7 @@ def bench_plan(
 ) -> None:
     """Plan on every kind of map, beside Dial, scipy and others. Code 3 if answers differ."""
     from cairn.experiments import bench_plan as measuring
-    from cairn.experiments.bench_report import plans_section, written
+    from cairn.experiments.bench_report import plans_section
     from cairn.experiments.contenders import PEERS
     from cairn.experiments.grids import CLASSES
 
@@ -80,16 +81,7 @@ def bench_plan(
         memory=memory,
     )
     record = _measure(settings, quiet=as_json)
-    folder = out or Path("runs/bench-plan")
-    files = [write_summary(record, folder)]
-    if markdown:
-        written(BENCHMARKS, "cairn bench plan", plans_section(record, _command()))
-        files.append(BENCHMARKS)
-    if as_json:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
-    else:
-        _print(record, files)
-    raise typer.Exit(0 if record["summary"]["agree"] else EXIT_NOT_REACHED)
+    _end("plan", record, out, plans_section if markdown else None, _print if not as_json else None)
 
 
 @bench.command("movingai")
@@ -108,7 +100,7 @@ def bench_movingai(
 ) -> None:
     """Time the field of MovingAI maps and check every published length. Code 3 if one is missed."""
     from cairn.experiments import bench_movingai as measuring
-    from cairn.experiments.bench_report import maps_section, written
+    from cairn.experiments.bench_report import maps_section
     from cairn.experiments.machine import describe
 
     paths = measuring.find_maps(folder)
@@ -131,15 +123,13 @@ def bench_movingai(
             "maps": [result.to_dict() for result in results],
         }
     )
-    files = [write_summary(record, out or Path("runs/bench-movingai"))]
-    if markdown:
-        written(BENCHMARKS, "cairn bench movingai", maps_section(record, _command()))
-        files.append(BENCHMARKS)
-    if as_json:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
-    else:
-        _print_maps(record, files)
-    raise typer.Exit(0 if record["summary"]["all_met"] else EXIT_NOT_REACHED)
+    _end(
+        "movingai",
+        record,
+        out,
+        maps_section if markdown else None,
+        _print_maps if not as_json else None,
+    )
 
 
 @bench.command("graph")
@@ -160,7 +150,7 @@ def bench_graph(
 ) -> None:
     """Plan on graphs beside scipy. Code 3 if answers differ."""
     from cairn.experiments import bench_graph as measuring
-    from cairn.experiments import bench_report as report
+    from cairn.experiments.bench_report import graphs_section
     from cairn.experiments.machine import describe
 
     names = _names("--graphs", graphs, measuring.GRAPHS)
@@ -181,18 +171,13 @@ def bench_graph(
             "graphs": [result.to_dict() for result in results],
         }
     )
-    files = [write_summary(record, out or Path("runs/bench-graph"))]
-    if markdown:
-        report.written(BENCHMARKS, "cairn bench graph", report.graphs_section(record, _command()))
-        files.append(BENCHMARKS)
-    if as_json:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
-    else:
-        rows = [report.graph_row(each) for each in record["graphs"]]
-        _print_rows(report.GRAPH_COLUMNS, rows)
-        console.print("\n" + report.graphs_line(record["summary"]))
-        _print_machine(record["machine"], files)
-    raise typer.Exit(0 if record["summary"]["agree"] else EXIT_NOT_REACHED)
+    _end(
+        "graph",
+        record,
+        out,
+        graphs_section if markdown else None,
+        _print_graphs if not as_json else None,
+    )
 
 
 @bench.command("repair")
@@ -213,7 +198,7 @@ def bench_repair(
 ) -> None:
     """Repair fields after local changes, against solving anew. Code 3 if answers differ."""
     from cairn.experiments import bench_repair as measuring
-    from cairn.experiments import bench_report as report
+    from cairn.experiments.bench_report import repairs_section
     from cairn.experiments.machine import describe
 
     names = _names("--classes", classes, dict.fromkeys(measuring.CLASSES_REPAIRED))
@@ -234,18 +219,54 @@ def bench_repair(
             "maps": [result.to_dict() for result in results],
         }
     )
-    files = [write_summary(record, out or Path("runs/bench-repair"))]
-    if markdown:
-        section = report.repairs_section(record, _command())
-        report.written(BENCHMARKS, "cairn bench repair", section)
+    _end(
+        "repair",
+        record,
+        out,
+        repairs_section if markdown else None,
+        _print_repairs if not as_json else None,
+    )
+
+
+def _end(
+    name: str,
+    record: dict[str, Any],
+    out: Path | None,
+    section: Callable[[dict[str, Any], str], str] | None,
+    show: Callable[[dict[str, Any], list[Path]], None] | None,
+) -> None:
+    """Write the record and, with `section`, its part of BENCHMARKS.md; show or print the record.
+
+    Without `show` it is printed as JSON. Leaves with code 3 if not every answer was right.
+    """
+    from cairn.experiments.bench_report import written
+
+    files = [write_summary(record, out or Path(f"runs/bench-{name}"))]
+    if section is not None:
+        written(BENCHMARKS, f"cairn bench {name}", section(record, _command()))
         files.append(BENCHMARKS)
-    if as_json:
+    if show is None:
         sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
     else:
-        _print_rows(report.REPAIR_COLUMNS, [report.repair_row(each) for each in record["maps"]])
-        console.print("\n" + report.repairs_line(record["summary"]))
-        _print_machine(record["machine"], files)
-    raise typer.Exit(0 if record["summary"]["agree"] else EXIT_NOT_REACHED)
+        show(record, files)
+    summary = record["summary"]
+    raise typer.Exit(0 if summary.get("agree", summary.get("all_met")) else EXIT_NOT_REACHED)
+
+
+def _print_graphs(record: dict[str, Any], files: list[Path]) -> None:
+    from cairn.experiments.bench_report import GRAPH_COLUMNS, graph_row, graphs_line
+
+    _print_rows(GRAPH_COLUMNS, [graph_row(each) for each in record["graphs"]])
+    console.print("\n" + graphs_line(record["summary"]))
+    _print_machine(record["machine"], files)
+
+
+def _print_repairs(record: dict[str, Any], files: list[Path]) -> None:
+    from cairn.experiments.bench_report import REPAIR_COLUMNS, repair_row, repairs_line
+
+    _print_rows(REPAIR_COLUMNS, [repair_row(each) for each in record["maps"]])
+    console.print("\n" + repairs_line(record["summary"]))
+    _print_machine(record["machine"], files)
 
 
 def _print_maps(record: dict[str, Any], files: list[Path]) -> None:
