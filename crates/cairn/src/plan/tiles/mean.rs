@@ -8,7 +8,7 @@ use super::bits::Lines;
 use super::creep::{Creep, is_narrow};
 use super::finish::Around;
 use super::lanes::{LANES, Lanes, TileCost};
-use super::sweep::{Dirty, Line, LineLinks, Marks, VECTORS, settle};
+use super::sweep::{Dirty, Line, LineLinks, Marks, VECTORS, moved_down, moved_up, settle};
 use super::visit::Links;
 use crate::plan::moves::MOVES;
 
@@ -143,6 +143,23 @@ where
                 right = right.where_else((right_passes >> (k * LANES)) as u16, far);
             }
             let offered = before[k].plus(here.plus(ahead).times(half)).min(left.min(right));
+            changed |= u64::from(offered.less(line[k])) << (k * LANES);
+            line[k] = line[k].min(offered);
+        }
+        if changed == 0 {
+            return 0;
+        }
+        // One cell along the line as well: cheap ways wind, and each bend would otherwise wait for a sweep
+        // across.
+        let settled = *line;
+        for k in 0..VECTORS {
+            let at = to * PITCH + (k + 1) * LANES;
+            // SAFETY: as above.
+            let (here, to_left, to_right) =
+                unsafe { (self.costs.at::<L>(at), self.costs.at::<L>(at - 1), self.costs.at::<L>(at + 1)) };
+            let left = moved_up(&settled, k, L::Number::FAR).plus(here.plus(to_left).times(half));
+            let right = moved_down(&settled, k, L::Number::FAR).plus(here.plus(to_right).times(half));
+            let offered = left.min(right);
             changed |= u64::from(offered.less(line[k])) << (k * LANES);
             line[k] = line[k].min(offered);
         }

@@ -18,7 +18,7 @@ pub const CELLS: usize = SIDE * SIDE;
 /// What the links between neighbouring lines of a tile cost.
 pub trait LineLinks<L: Lanes> {
     /// Lowers `line`, which is line `to - 1` of the tile, to what `before` offers: the line before it
-    /// (`FORWARD`) or behind it. Lines 0 and SIDE + 1 are those outside the tile. Returns the columns
+    /// (`FORWARD`) or behind it, and perhaps what its own cells offer one another then. Lines 0 and SIDE + 1 are those outside the tile. Returns the columns
     /// that fell.
     fn lower<const FORWARD: bool>(&self, to: usize, before: &Line<L>, line: &mut Line<L>) -> u64;
 }
@@ -59,6 +59,26 @@ impl<L: Lanes, const CUT: bool> LineLinks<L> for FreeLinks<L, CUT> {
             let offered = offered.where_else((free >> (k * LANES)) as u16, far);
             changed |= u64::from(offered.less(line[k])) << (k * LANES);
             line[k] = line[k].min(offered);
+        }
+        // A cell or two along the line as well: ways around single cells wind, and each bend would otherwise
+        // wait for a sweep across.
+        for _ in 0..if CUT { 1 } else { 2 } {
+            if changed == 0 {
+                break;
+            }
+            let settled = *line;
+            let mut fell = 0;
+            for k in 0..VECTORS {
+                let beside =
+                    moved_up(&settled, k, L::Number::FAR).min(moved_down(&settled, k, L::Number::FAR));
+                let offered = beside.plus(self.straight).where_else((free >> (k * LANES)) as u16, far);
+                fell |= u64::from(offered.less(line[k])) << (k * LANES);
+                line[k] = line[k].min(offered);
+            }
+            changed |= fell;
+            if fell == 0 {
+                break;
+            }
         }
         changed
     }
