@@ -152,7 +152,7 @@ where
         // One cell along the line as well: cheap ways wind, and each bend would otherwise wait for a sweep
         // across.
         let settled = *line;
-        for k in 0..VECTORS {
+        for (k, numbers) in line.iter_mut().enumerate() {
             let at = to * PITCH + (k + 1) * LANES;
             // SAFETY: as above.
             let (here, to_left, to_right) =
@@ -160,8 +160,8 @@ where
             let left = moved_up(&settled, k, L::Number::FAR).plus(here.plus(to_left).times(half));
             let right = moved_down(&settled, k, L::Number::FAR).plus(here.plus(to_right).times(half));
             let offered = left.min(right);
-            changed |= u64::from(offered.less(line[k])) << (k * LANES);
-            line[k] = line[k].min(offered);
+            changed |= u64::from(offered.less(*numbers)) << (k * LANES);
+            *numbers = numbers.min(offered);
         }
         changed
     }

@@ -68,12 +68,12 @@ impl<L: Lanes, const CUT: bool> LineLinks<L> for FreeLinks<L, CUT> {
             }
             let settled = *line;
             let mut fell = 0;
-            for k in 0..VECTORS {
+            for (k, numbers) in line.iter_mut().enumerate() {
                 let beside =
                     moved_up(&settled, k, L::Number::FAR).min(moved_down(&settled, k, L::Number::FAR));
                 let offered = beside.plus(self.straight).where_else((free >> (k * LANES)) as u16, far);
-                fell |= u64::from(offered.less(line[k])) << (k * LANES);
-                line[k] = line[k].min(offered);
+                fell |= u64::from(offered.less(*numbers)) << (k * LANES);
+                *numbers = numbers.min(offered);
             }
             changed |= fell;
             if fell == 0 {
