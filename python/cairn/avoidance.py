@@ -21,7 +21,8 @@ class Avoidance:
     """One choice, with everything it was made from.
 
     `why["kind"]` is `best_arc`, `turning_in_place` (with `direction`, `to_heading_rad`),
-    `leaving_obstacle` (with `clearance_m`), `backing_out` (with `to_room_m`, `clear_m`) or
+    `leaving_obstacle` (with `clearance_m`), `backing_out` (with `to_room_m`, `clear_m`),
+    `giving_way` (with `things`, `touches_s`, `nearest_m`: to what moves, with a lidar) or
     `braking` (with `reason["kind"]`).
     """
 

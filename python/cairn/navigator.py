@@ -224,6 +224,14 @@ class Navigator:
         return self._brain.waypoints
 
     @property
+    def lidar_points(self) -> NDArray[np.float64]:
+        """(n, 2) what the lidar has seen and not seen through again, world frame [m].
+
+        Empty for a robot without a lidar, and where a map is given.
+        """
+        return self._brain.lidar_points
+
+    @property
     def plan_count(self) -> int:
         """Number of fields this navigator has solved itself."""
         return self._brain.plan_count

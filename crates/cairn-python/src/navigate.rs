@@ -208,6 +208,11 @@ impl Navigator {
     }
 
     #[getter]
+    fn lidar_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        points(py, &self.inner.lidar_points())
+    }
+
+    #[getter]
     fn plan_count(&self) -> u32 {
         self.inner.plan_count()
     }

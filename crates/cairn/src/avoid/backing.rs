@@ -39,6 +39,18 @@ pub(super) struct Keep<'a> {
     now_m: Vec<f64>,
 }
 
+/// Points at most this far from one that is kept are left out when places to turn are looked for:
+/// less than the extra room there \[m\].
+const THINNED_M: f64 = 0.02;
+
+/// One point of every square that holds any: the nearest to the robot.
+fn thinned(nearest_first: &[(f64, Point2)]) -> Vec<(f64, Point2)> {
+    let side_m = THINNED_M / std::f64::consts::SQRT_2;
+    let cell = |p: Point2| ((p.x / side_m).floor() as i64, (p.y / side_m).floor() as i64);
+    let mut held = std::collections::HashSet::with_capacity(nearest_first.len());
+    nearest_first.iter().copied().filter(|&(_, p)| held.insert(cell(p))).collect()
+}
+
 /// What a distance may fall by although it must not: rounding, and the curve of a straight wall.
 const SLACK_M: f64 = 0.002;
 
@@ -90,6 +102,8 @@ pub(super) fn way_back(
     wanted_m: f64,
     backing: bool,
 ) -> Option<WayBack> {
+    let thinned = thinned(nearest_first);
+    let nearest_first = &thinned[..];
     let most_m = STOPS_M[STOPS_M.len() - 1] + BEYOND_M;
     let room = outline.grown(EXTRA_ROOM_M);
     let can_turn_about = |points: &[(f64, Point2)]| points.iter().all(|&(d, _)| d > room.radius_m());
@@ -114,7 +128,7 @@ pub(super) fn way_back(
                 .map(|p| (p.norm(), p))
                 .filter(|&(d, _)| d <= reach_m)
                 .collect();
-            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            points.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
             let way = WayBack { curvature_per_m, length_m, clear_m };
             // Nothing to be found where it cannot turn at all.
             let turns = [Side::Left, Side::Right].map(|side| free_turn_rad(&room, &points, side));

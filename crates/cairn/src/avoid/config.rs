@@ -1,6 +1,8 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::guided::GuidedConfig;
+use super::moving::MovingConfig;
 use crate::geometry::{Point2, Twist2};
 
 /// What outline is swept along the arcs.
@@ -63,6 +65,10 @@ pub struct CvmConfig {
     pub clearance_time_s: f64,
     /// May back out of an obstacle's grown outline when nothing else gains clearance.
     pub reverse_to_leave: bool,
+    /// How arcs are judged where a cost-to-go field guides.
+    pub guided: GuidedConfig,
+    /// How motions are chosen beside things that move.
+    pub moving: MovingConfig,
 }
 
 impl Default for CvmConfig {
@@ -91,6 +97,8 @@ impl Default for CvmConfig {
             near_speed_mps: 0.25,
             clearance_time_s: 1.2,
             reverse_to_leave: false,
+            guided: GuidedConfig::default(),
+            moving: MovingConfig::default(),
         }
     }
 }

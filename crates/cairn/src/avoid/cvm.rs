@@ -1,7 +1,7 @@
 use super::backing::{BEYOND_M, Keep, WayBack, way_back};
 use super::config::{AvoidError, CvmConfig, Shape, check_inputs};
 use super::contact::GrownBox;
-use super::intervals::FreeArcs;
+use super::intervals::Fan;
 use super::leaving::leave;
 use super::objective::{Objective, Window};
 use super::record::{AvoidanceRecord, BrakeReason, Candidate, Refusal, Side, Why};
@@ -11,7 +11,7 @@ use crate::geometry::{Point2, Twist2, wrap_angle};
 use crate::robot::{Footprint, Limits};
 
 /// Slower than this is taken as standing \[m/s\].
-const AT_REST_MPS: f64 = 0.02;
+pub(super) const AT_REST_MPS: f64 = 0.02;
 /// From this speed on the robot is under way \[m/s\].
 const UNDER_WAY_MPS: f64 = 0.2;
 /// Faster than this is taken as turning \[rad/s\].
@@ -21,7 +21,7 @@ const AT_GOAL_M: f64 = 0.01;
 /// Turned to a heading within this \[rad\].
 const FACING_RAD: f64 = 0.1;
 /// Nothing left to turn \[rad\].
-const AT_HEADING_RAD: f64 = 0.01;
+pub(super) const AT_HEADING_RAD: f64 = 0.01;
 /// Candidates whose braking motion is looked at before giving up.
 const TRIES: usize = 24;
 /// A goal farther to the side than this is turned to from rest; at twice this the robot is slow \[rad\].
@@ -38,10 +38,14 @@ const LOOK_BACK_M: f64 = 1.7;
 /// The curvature velocity method `[Maalouf06 §5, (7)]` `[Simmons96]`.
 #[derive(Clone, Debug)]
 pub struct Cvm {
-    config: CvmConfig,
-    limits: Limits,
-    body: GrownBox,
-    outline: GrownBox,
+    pub(super) config: CvmConfig,
+    pub(super) limits: Limits,
+    pub(super) body: GrownBox,
+    pub(super) outline: GrownBox,
+    pub(super) fan: Fan,
+    /// The outline, and its arcs, where the margin cannot be kept and only the touch is kept off.
+    pub(super) tight: GrownBox,
+    pub(super) tight_fan: Fan,
 }
 
 impl Cvm {
@@ -64,7 +68,10 @@ impl Cvm {
             },
         };
         let outline = body.grown(config.growth_m());
-        Ok(Self { config, limits: *limits, body, outline })
+        let fan = Fan::new(&config, &outline);
+        let tight = body.grown(config.obstacle_radius_m + config.guided.tight_m.min(config.margin_m));
+        let tight_fan = Fan::new(&config, &tight);
+        Ok(Self { config, limits: *limits, body, outline, fan, tight, tight_fan })
     }
 
     /// The settings.
@@ -141,6 +148,7 @@ impl Cvm {
             goal_bearing_rad,
             goal_distance_m,
             clearance_m,
+            guided: None,
             intervals: Vec::new(),
             candidates: Vec::new(),
             chosen: None,
@@ -191,7 +199,7 @@ impl Cvm {
 
     fn drive_or_turn(&self, record: &mut AvoidanceRecord, seen: &Seen) {
         let Seen { current, dt_s, window, nearest_first, .. } = *seen;
-        record.intervals = FreeArcs::new(&self.config, &self.outline, nearest_first).intervals;
+        record.intervals = self.fan.free_arcs(nearest_first).intervals;
         let objective = Objective {
             config: &self.config,
             limits: &self.limits,
@@ -317,7 +325,7 @@ impl Cvm {
     ///
     /// The measured speed itself tells whether it does so already: then it goes on until there is
     /// some room to spare.
-    fn back_out(&self, record: &mut AvoidanceRecord, seen: &Seen) -> bool {
+    pub(super) fn back_out(&self, record: &mut AvoidanceRecord, seen: &Seen) -> bool {
         let start_mps = seen.start.linear_mps;
         if !self.config.back_out || start_mps > AT_REST_MPS {
             return false;
@@ -432,7 +440,7 @@ impl Cvm {
         record.why = Why::TurningInPlace { direction: turn.side, to_heading_rad };
     }
 
-    fn leave_obstacle(&self, record: &mut AvoidanceRecord, seen: &Seen) {
+    pub(super) fn leave_obstacle(&self, record: &mut AvoidanceRecord, seen: &Seen) {
         let keep = self.keep(seen);
         let backs = seen.start.linear_mps < -AT_REST_MPS;
         if backs && self.back_out(record, seen) {
@@ -464,7 +472,7 @@ impl Cvm {
     }
 
     /// Whether the exact braking motion of `command` keeps the body off every obstacle.
-    fn can_stop(&self, command: Twist2, seen: &Seen) -> bool {
+    pub(super) fn can_stop(&self, command: Twist2, seen: &Seen) -> bool {
         let outline = self.body.grown(self.config.obstacle_radius_m);
         self.motion(command, seen).is_clear(&outline, seen.nearest_first)
     }
@@ -480,20 +488,25 @@ impl Cvm {
         }
     }
 
-    fn clearance_m(&self, point_in_robot: Point2) -> f64 {
+    pub(super) fn clearance_m(&self, point_in_robot: Point2) -> f64 {
         (self.body.distance(point_in_robot) - self.body.growth_m).max(0.0)
     }
 
     /// Obstacles that any motion could meet, with their distances, nearest first.
-    fn nearest_first(&self, obstacles_in_robot: &[Point2]) -> Vec<(f64, Point2)> {
+    pub(super) fn nearest_first(&self, obstacles_in_robot: &[Point2]) -> Vec<(f64, Point2)> {
         let reach_m = self.config.horizon_m + self.outline.radius_m() + 0.5;
         let mut near: Vec<(f64, Point2)> =
             obstacles_in_robot.iter().map(|&p| (p.norm(), p)).filter(|&(d, _)| d <= reach_m).collect();
-        near.sort_by(|a, b| a.0.total_cmp(&b.0));
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
         near
     }
 
-    fn refused(&self, error: &AvoidError, goal_bearing_rad: f64, goal_distance_m: f64) -> AvoidanceRecord {
+    pub(super) fn refused(
+        &self,
+        error: &AvoidError,
+        goal_bearing_rad: f64,
+        goal_distance_m: f64,
+    ) -> AvoidanceRecord {
         let window =
             Window { linear_lo_mps: 0.0, linear_hi_mps: 0.0, angular_lo_radps: 0.0, angular_hi_radps: 0.0 };
         AvoidanceRecord {
@@ -501,6 +514,7 @@ impl Cvm {
             goal_bearing_rad,
             goal_distance_m,
             clearance_m: f64::NAN,
+            guided: None,
             intervals: Vec::new(),
             candidates: Vec::new(),
             chosen: None,
@@ -511,15 +525,15 @@ impl Cvm {
 }
 
 /// What one choice looks at.
-struct Seen<'a> {
-    current: Twist2,
+pub(super) struct Seen<'a> {
+    pub current: Twist2,
     /// What the robot drives towards until this choice takes effect.
-    pending: Twist2,
+    pub pending: Twist2,
     /// How fast it runs when this choice takes effect.
-    start: Twist2,
-    dt_s: f64,
-    window: Window,
-    nearest_first: &'a [(f64, Point2)],
+    pub start: Twist2,
+    pub dt_s: f64,
+    pub window: Window,
+    pub nearest_first: &'a [(f64, Point2)],
 }
 
 /// The side to which the robot turns in place now.
@@ -529,7 +543,7 @@ fn turning_side(current: Twist2) -> Option<Side> {
 }
 
 /// As slow as the window allows, along the present arc: what was found clear before stays clear.
-fn brake(window: &Window, current: Twist2) -> Twist2 {
+pub(super) fn brake(window: &Window, current: Twist2) -> Twist2 {
     let linear = window.linear_lo_mps;
     let arc = if current.linear_mps.abs() > AT_REST_MPS { linear / current.linear_mps.abs() } else { 0.0 };
     let angular = current.angular_radps * arc.min(1.0);

@@ -1,6 +1,6 @@
 use super::config::{CvmConfig, Shape};
 use super::contact::GrownBox;
-use super::disc::DiscObstacle;
+use super::disc::{DiscObstacle, tangent_curvatures};
 use super::record::ArcInterval;
 use crate::geometry::Point2;
 
@@ -28,20 +28,166 @@ impl FreeArcs {
     ///
     /// Both never promise more than there is.
     pub fn new(config: &CvmConfig, outline: &GrownBox, nearest_first: &[(f64, Point2)]) -> Self {
+        Fan::new(config, outline).free_arcs(nearest_first)
+    }
+}
+
+/// All arcs in pieces, and what covers each piece: made once for a robot, asked every tick.
+#[derive(Clone, Debug)]
+pub(super) struct Fan {
+    outline: GrownBox,
+    limit_m: f64,
+    ends: Vec<(f64, f64)>,
+    /// Empty for the round robot, whose contacts are exact.
+    pieces: Vec<Piece>,
+    /// The widest outline of any piece is inside this radius \[m\].
+    reach_m: f64,
+}
+
+impl Fan {
+    pub fn new(config: &CvmConfig, outline: &GrownBox) -> Self {
         let half_count = (config.max_curvature_per_m / config.curvature_step_per_m).ceil().max(1.0) as i32;
         let step = config.max_curvature_per_m / f64::from(half_count);
-        let pieces = (-half_count..half_count).map(|i| (f64::from(i) * step, f64::from(i + 1) * step));
-        let intervals = match config.shape {
-            Shape::Footprint => pieces
-                .map(|(lo, hi)| ArcInterval {
-                    curvature_lo: lo,
-                    curvature_hi: hi,
-                    distance_m: Piece::new(lo, hi, outline, config.horizon_m).free_length_m(nearest_first),
-                })
-                .collect(),
-            Shape::Disc => disc_intervals(config.horizon_m, pieces.collect(), outline, nearest_first),
+        let ends: Vec<(f64, f64)> =
+            (-half_count..half_count).map(|i| (f64::from(i) * step, f64::from(i + 1) * step)).collect();
+        let pieces: Vec<Piece> = match config.shape {
+            Shape::Disc => Vec::new(),
+            Shape::Footprint => {
+                ends.iter().map(|&(lo, hi)| Piece::new(lo, hi, outline, config.horizon_m)).collect()
+            }
         };
-        Self { intervals: merged(intervals) }
+        let reach_m = pieces.iter().map(|piece| piece.reach_m).fold(0.0, f64::max);
+        Self { outline: *outline, limit_m: config.horizon_m, ends, pieces, reach_m }
+    }
+
+    /// Free lengths among `nearest_first`, as [`FreeArcs::new`] tells them.
+    pub fn free_arcs(&self, nearest_first: &[(f64, Point2)]) -> FreeArcs {
+        let intervals = if self.pieces.is_empty() {
+            disc_intervals(self.limit_m, &self.ends, &self.outline, nearest_first)
+        } else {
+            let free_m = self.free_lengths(nearest_first);
+            let pieces = self.ends.iter().zip(free_m);
+            pieces
+                .map(|(&(curvature_lo, curvature_hi), distance_m)| ArcInterval {
+                    curvature_lo,
+                    curvature_hi,
+                    distance_m,
+                })
+                .collect()
+        };
+        FreeArcs { intervals: merged(intervals) }
+    }
+
+    /// The same, and every piece as (rightmost, leftmost curvature, free length).
+    pub fn free_arcs_and_pieces(&self, nearest_first: &[(f64, Point2)]) -> (FreeArcs, Vec<(f64, f64, f64)>) {
+        let arcs = self.free_arcs(nearest_first);
+        let mut next = arcs.intervals.iter().peekable();
+        let pieces = self.ends.iter().map(|&(lo, hi)| {
+            // Of the round robot a piece may hold several intervals; the shortest counts.
+            let mut least_m = f64::INFINITY;
+            while let Some(arc) = next.peek() {
+                least_m = least_m.min(arc.distance_m);
+                if arc.curvature_hi > hi {
+                    break;
+                }
+                let ends_here = arc.curvature_hi >= hi;
+                next.next();
+                if ends_here {
+                    break;
+                }
+            }
+            (lo, hi, least_m)
+        });
+        let pieces = pieces.collect();
+        (arcs, pieces)
+    }
+
+    /// Free length of every piece \[m\]. An obstacle is asked only of the pieces between the tangents
+    /// of a disc that holds the widest outline: no arc of another piece comes near it.
+    fn free_lengths(&self, nearest_first: &[(f64, Point2)]) -> Vec<f64> {
+        let mut frontiers: Vec<Frontier> =
+            self.pieces.iter().map(|piece| Frontier::new(piece, self.limit_m)).collect();
+        // A few points first: then most of the others are seen to lie beyond.
+        self.shorten(&mut frontiers, nearest_first.iter().step_by(FIRST));
+        self.shorten(&mut frontiers, nearest_first.iter());
+        frontiers.into_iter().map(|frontier| frontier.free_m).collect()
+    }
+
+    fn shorten<'a>(
+        &self,
+        frontiers: &mut [Frontier],
+        nearest_first: impl Iterator<Item = &'a (f64, Point2)>,
+    ) {
+        let (first, last) = (self.ends[0].0, self.ends[self.ends.len() - 1].1);
+        let per_step = self.pieces.len() as f64 / (last - first);
+        let mut farthest_m = self.limit_m;
+        for (i, &(distance_m, point)) in nearest_first.enumerate() {
+            if i % 64 == 0 {
+                farthest_m = frontiers.iter().map(|frontier| frontier.free_m).fold(0.0, f64::max);
+            }
+            if distance_m - self.reach_m >= farthest_m {
+                break;
+            }
+            let (mut from, mut to) = (0, self.pieces.len());
+            if let Some((lo, hi)) = tangent_curvatures(point, self.reach_m) {
+                if lo > last || hi < first {
+                    continue;
+                }
+                from = ((lo - first) * per_step - 1.0).max(0.0) as usize;
+                to = (((hi - first) * per_step + 2.0) as usize).min(self.pieces.len());
+            }
+            for (piece, frontier) in self.pieces[from..to].iter().zip(&mut frontiers[from..to]) {
+                if distance_m - piece.reach_m < frontier.free_m && !frontier.is_beyond(point) {
+                    let contact_m = piece.contact_m(point, frontier.free_m);
+                    if contact_m < frontier.free_m {
+                        *frontier = Frontier::new(piece, contact_m);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Every so many points are asked first.
+const FIRST: usize = 16;
+
+/// How far a piece is free as known so far, and where the robot's front and rear are then.
+struct Frontier {
+    free_m: f64,
+    sin: f64,
+    cos: f64,
+    origin: Point2,
+    /// From the centre to the front line of the widest outline, and to the rear \[m\]; infinite where
+    /// these lines say nothing: after a quarter turn, or where the robot turns about a point inside it.
+    front_m: f64,
+    /// The centre of turning: beyond it the lines run the other way \[m\].
+    center_y: f64,
+}
+
+impl Frontier {
+    fn new(piece: &Piece, free_m: f64) -> Self {
+        let pose = crate::geometry::Twist2::new(1.0, piece.curvature).displacement(free_m);
+        let (sin, cos) = pose.heading.sin_cos();
+        // The widest outline of the way so far is that of its last leg.
+        let widest = piece.legs.iter().rev().find(|leg| leg.from_m < free_m).unwrap_or(&piece.legs[0]);
+        let center_y = 1.0 / piece.curvature;
+        let beside_m = widest.outline.half_width_m + widest.outline.growth_m;
+        let useful = free_m * piece.curvature.abs() < 1.5 && center_y.abs() > beside_m;
+        let front_m =
+            if useful { widest.outline.half_length_m + widest.outline.growth_m } else { f64::INFINITY };
+        Self { free_m, sin, cos, origin: pose.position(), front_m, center_y }
+    }
+
+    /// The point is ahead of the front line at the end of the free way, or behind the rear line at its
+    /// beginning: driving that far does not meet it.
+    fn is_beyond(&self, point: Point2) -> bool {
+        let outside = |y: f64| (self.center_y - y) * self.center_y > 0.0;
+        if point.x < -self.front_m && outside(point.y) {
+            return true;
+        }
+        let offset = point - self.origin;
+        let x = self.cos * offset.x + self.sin * offset.y;
+        x > self.front_m && outside(-self.sin * offset.x + self.cos * offset.y)
     }
 }
 
@@ -58,14 +204,15 @@ fn merged(pieces: Vec<ArcInterval>) -> Vec<ArcInterval> {
 }
 
 /// A narrow fan of arcs and the outline that covers it.
+#[derive(Clone, Debug)]
 struct Piece {
     curvature: f64,
-    /// (arc length from, to, outline grown to cover the fan up to there, robot's turn at `from`).
     legs: Vec<Leg>,
-    radius_m: f64,
-    limit_m: f64,
+    /// Everything that an arc of the piece sweeps is within this of its centre line \[m\].
+    reach_m: f64,
 }
 
+#[derive(Clone, Debug)]
 struct Leg {
     from_m: f64,
     to_m: f64,
@@ -114,32 +261,15 @@ impl Piece {
                     reach_squared: reach_m * reach_m,
                 }
             })
-            .collect();
-        Self { curvature, legs, radius_m: outline.radius_m(), limit_m }
-    }
-
-    fn free_length_m(&self, nearest_first: &[(f64, Point2)]) -> f64 {
-        let mut free_m = self.limit_m;
-        let center_y = 1.0 / self.curvature;
-        let widest = self.legs.last().map_or((0.0, 0.0), |leg| leg.ring);
-        let reach_m = self.legs.last().map_or(0.0, |leg| leg.outline.radius_m());
-        for &(distance_m, point) in nearest_first {
-            if distance_m - reach_m >= free_m {
-                break;
-            }
-            let squared = point.x * point.x + (point.y - center_y) * (point.y - center_y);
-            if squared < widest.0 || squared > widest.1 {
-                continue;
-            }
-            free_m = self.contact_m(point, squared, free_m).min(free_m);
-        }
-        free_m
+            .collect::<Vec<Leg>>();
+        let reach_m = legs.last().map_or(0.0, |leg| leg.outline.radius_m());
+        Self { curvature, legs, reach_m }
     }
 
     /// Lower bound of the first contact of any arc of the fan, as far as it is below `below_m`.
-    ///
-    /// `squared` is the point's squared distance from the centre of turning.
-    fn contact_m(&self, point: Point2, squared: f64, below_m: f64) -> f64 {
+    fn contact_m(&self, point: Point2, below_m: f64) -> f64 {
+        let from_center_y = point.y - 1.0 / self.curvature;
+        let squared = point.x * point.x + from_center_y * from_center_y;
         for leg in &self.legs {
             if leg.from_m >= below_m {
                 break;
@@ -162,7 +292,6 @@ impl Piece {
                 return contact_m;
             }
         }
-        debug_assert!(self.radius_m > 0.0);
         f64::INFINITY
     }
 }
@@ -170,7 +299,7 @@ impl Piece {
 /// The round robot: pieces cut where its exact tangents say hit and free arcs meet.
 fn disc_intervals(
     limit_m: f64,
-    pieces: Vec<(f64, f64)>,
+    pieces: &[(f64, f64)],
     outline: &GrownBox,
     nearest_first: &[(f64, Point2)],
 ) -> Vec<ArcInterval> {

@@ -96,6 +96,15 @@ pub enum Why {
         /// Distance between footprint and nearest obstacle point now \[m\].
         clearance_m: f64,
     },
+    /// Something moves nearby: the best of whole manoeuvres followed in time beside it.
+    GivingWay {
+        /// How many things move.
+        things: usize,
+        /// When it would be touched all the same, if it would \[s\].
+        touches_s: Option<f64>,
+        /// Least distance to any of them on the way \[m\].
+        nearest_m: f64,
+    },
     /// No forward arc is free and there is no room to turn: runs back to where there is.
     BackingOut {
         /// How far to the place where it can turn \[m\].
@@ -108,6 +117,17 @@ pub enum Why {
         /// Why.
         reason: BrakeReason,
     },
+}
+
+/// What a field said when it guided a choice.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Guidance {
+    /// Time to the goal from where the robot is when the command takes effect \[s\].
+    pub to_go_s: f64,
+    /// The margin could not be kept; only the touch was kept off.
+    pub tight: bool,
+    /// Moving things that were looked ahead for.
+    pub moving: usize,
 }
 
 /// One choice of the curvature velocity method, with everything it was made from.
@@ -125,6 +145,8 @@ pub struct AvoidanceRecord {
     pub goal_distance_m: f64,
     /// Distance between footprint and nearest obstacle point \[m\]; infinite without obstacles.
     pub clearance_m: f64,
+    /// What the field said, if one guided: then every candidate's total is minus the time to the goal \[s\].
+    pub guided: Option<Guidance>,
     /// Merged intervals of curvature and their free lengths.
     pub intervals: Vec<ArcInterval>,
     /// Best motion of each interval.

@@ -9,6 +9,7 @@ mod modes;
 mod monte_carlo;
 mod odometry;
 mod scan;
+mod scan_matching;
 mod slip;
 
 pub use localiser::{LocaliseReport, LocaliseState, Localiser, LocaliserConfig, LocaliserError};
@@ -16,3 +17,4 @@ pub use matching::{MapMatcher, MatchReport, MatchingConfig, MatchingError};
 pub use monte_carlo::{LocaliseError, MonteCarlo, MonteCarloConfig, PoseEstimate};
 pub use odometry::{Odometry, OdometryConfig, OdometryError, WheelTravel};
 pub use scan::Explained;
+pub use scan_matching::{ScanMatch, ScanMatchConfig, match_scan};

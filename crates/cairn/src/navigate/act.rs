@@ -1,17 +1,30 @@
 //! What each mode does in a tick.
 
 use super::caution::{Caution, cautious};
+use super::config::HeadBy;
 use super::navigator::Navigator;
+use super::planning::WorldField;
 use super::record::Task;
+use super::strategy::Mode;
 use crate::avoid::AvoidanceRecord;
 use crate::geometry::{Point2, Pose2, Twist2};
 use crate::robot::Limits;
 use crate::world::Occupancy;
 
+/// How far down the field the robot looks for its heading \[m\].
+const AHEAD_M: f64 = 1.5;
+
 impl Navigator {
     /// The curvature velocity method towards the intermediate goal, the goal, or straight on.
     pub(super) fn avoid(&mut self, pose: Pose2, measured: Twist2, dt_s: f64) -> AvoidanceRecord {
         let position = pose.position();
+        if let (true, Some(Task::Goal { point }), Some(lidar)) = (self.guided(), self.task, &mut self.lidar) {
+            let record = lidar.drive(point, measured, self.commanded, dt_s);
+            self.path.clear();
+            self.path.push(position);
+            self.path.extend(lidar.field().lookouts());
+            return record;
+        }
         let final_index = self.waypoints.len().saturating_sub(1);
         let (bearing_rad, distance_m) = match (self.intermediate, self.task) {
             (Some(index), _) if index < final_index => {
@@ -20,10 +33,23 @@ impl Navigator {
             (_, Some(Task::Goal { point })) => (pose.bearing_to(point), position.distance(point)),
             _ => (0.0, f64::INFINITY),
         };
+        let bearing_rad = match (self.config.head_by, &self.field) {
+            (HeadBy::Field, Some(field)) => {
+                down_the_field(field, position).map_or(bearing_rad, |to| pose.bearing_to(to))
+            }
+            _ => bearing_rad,
+        };
         let obstacles = self.obstacles_in_robot(pose);
         let on_known_way = self.intermediate.is_some() && self.map_given && self.pose_known;
         let cvm = if on_known_way { &self.cvm_on_way } else { &self.cvm };
         cvm.choose_after(measured, Some(self.commanded), bearing_rad, distance_m, &obstacles, dt_s)
+    }
+
+    /// The field over what the lidar sees guides: towards a goal, with no plan to follow.
+    pub(super) fn guided(&self) -> bool {
+        let to_goal = matches!(self.task, Some(Task::Goal { .. }));
+        let planless = self.mode == Mode::ObstacleAvoidance && self.intermediate.is_none();
+        self.lidar.is_some() && to_goal && planless
     }
 
     /// Centres of the occupied cells that any motion could meet, robot frame \[m\].
@@ -43,6 +69,23 @@ impl Navigator {
         };
         cautious(&config.caution, &profile.limits, &profile.footprint, delay_s, is_seen, pose, twist)
     }
+}
+
+/// The farthest point down the field from `position` that is seen straight, up to [`AHEAD_M`];
+/// None where the field leads nowhere.
+fn down_the_field(field: &WorldField, position: Point2) -> Option<Point2> {
+    let geometry = field.geometry();
+    let mut cell = geometry.cell_at(position)?;
+    let mut target = None;
+    while let Some(next) = field.field.next(cell) {
+        let center = geometry.center(next);
+        let far = center.distance(position) > AHEAD_M;
+        if far || (target.is_some() && !field.is_clear(position, center)) {
+            break;
+        }
+        (cell, target) = (next, Some(center));
+    }
+    target
 }
 
 /// The next command on the way to rest: both speeds fall together, along one curvature, as fast as

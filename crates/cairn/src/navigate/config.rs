@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::caution::CautionConfig;
 use super::keeping::KeepingConfig;
 use super::stall::StallConfig;
+use super::lidar::LidarConfig;
 use super::trap::TrapConfig;
 use crate::avoid::CvmConfig;
 use crate::locate::{LocaliserConfig, MatchingConfig, OdometryConfig};
@@ -71,6 +72,21 @@ pub struct NavigatorConfig {
     pub trap: TrapConfig,
     /// Held by what no sensor shows.
     pub stall: StallConfig,
+    /// What gives the heading of (7) while going around something on a planned way.
+    pub head_by: HeadBy,
+    /// Driving by lidar where no map is given.
+    pub lidar: LidarConfig,
+}
+
+/// Where the curvature velocity method heads while it takes the robot around something.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum HeadBy {
+    /// To the next free waypoint, as in the paper.
+    #[default]
+    Waypoint,
+    /// Down the cost-to-go field from where the robot is.
+    Field,
 }
 
 /// Weights of (7) on a known way: what matters is to come back to it, not into side rooms.
@@ -122,6 +138,8 @@ impl Default for NavigatorConfig {
             keeping: KeepingConfig::default(),
             trap: TrapConfig::default(),
             stall: StallConfig::default(),
+            head_by: HeadBy::default(),
+            lidar: LidarConfig::default(),
         }
     }
 }

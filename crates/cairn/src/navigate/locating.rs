@@ -46,8 +46,17 @@ impl Locating {
 impl Navigator {
     /// Encoders and gyroscope, then the given pose, or else the given map, correct the estimate.
     pub(super) fn locate(&mut self, input: &TickInput<'_>) -> Result<Located, NavigateError> {
+        let before = self.odometry.pose();
         self.odometry.predict(self.believed(input.wheels), input.gyro_radps, input.dt_s)?;
         self.pose_given = input.world_from_robot.is_some();
+        if let Some(lidar) = &mut self.lidar {
+            let step = before.inverse() * self.odometry.pose();
+            let ranges_m = &input.ranges_m[self.profile.sonars.len()..];
+            let pose = lidar.observe(step, ranges_m, input.world_from_robot, input.dt_s);
+            self.odometry.set_pose(pose)?;
+            self.pose_known |= self.pose_given;
+            return Ok(Located::default());
+        }
         if let Some(pose) = input.world_from_robot {
             self.odometry.set_pose(pose)?;
             if let Some(locating) = &mut self.locating {

@@ -5,6 +5,7 @@ use super::backing::Backing;
 use super::config::NavigatorConfig;
 use super::error::NavigateError;
 use super::keeping::Keeper;
+use super::lidar::LidarSense;
 use super::locating::Locating;
 use super::planning::{Refusal, WorldField};
 use super::record::{Decision, PlanRecord, Story, Task, TaskStatus};
@@ -55,6 +56,10 @@ pub struct Navigator {
     pub(super) tracker: Tracker,
     pub(super) cvm: Cvm,
     pub(super) cvm_on_way: Cvm,
+    /// What a lidar sees, where it guides.
+    pub(super) lidar: Option<LidarSense>,
+    /// Since the map of cells was last added to \[s\].
+    pub(super) unmapped_s: f64,
     pub(super) trap: TrapWatch,
     pub(super) mode: Mode,
     pub(super) task: Option<Task>,
@@ -131,7 +136,14 @@ impl Navigator {
             heading_weight: config.on_way.heading_weight,
             ..avoidance.clone()
         };
+        let lidar = if world.is_none() && config.lidar.guide {
+            LidarSense::new(&config.lidar, &profile, start.unwrap_or_default())?
+        } else {
+            None
+        };
         let mut navigator = Self {
+            lidar,
+            unmapped_s: f64::INFINITY,
             odometry: Odometry::new(&config.odometry, &profile.drive, start.unwrap_or_default())?,
             tracker: Tracker::new(controller, &profile.limits)?.with_latency(profile.drive.latency_s)?,
             cvm_on_way: Cvm::new(&on_way, &profile.limits, &profile.footprint)?,
@@ -267,10 +279,17 @@ impl Navigator {
         self.time_s += input.dt_s;
         let located = self.locate(input)?;
         let pose = self.odometry.pose();
-        self.map.integrate(pose, &self.profile, input.ranges_m)?;
-        self.free_own_place(pose);
-        let repair = self.keep_field();
-        let stalled = self.watch_for_stall(input.wheels, input.gyro_radps, input.ranges_m, input.dt_s);
+        self.unmapped_s += input.dt_s;
+        if !self.guided() || self.unmapped_s >= self.config.lidar.map_every_s {
+            self.unmapped_s = 0.0;
+            self.map.integrate(pose, &self.profile, input.ranges_m)?;
+            self.free_own_place(pose);
+        }
+        let (mut repair, mut stalled) = (None, None);
+        if !self.guided() {
+            repair = self.keep_field();
+            stalled = self.watch_for_stall(input.wheels, input.gyro_radps, input.ranges_m, input.dt_s);
+        }
         let pose = self.odometry.pose();
 
         let mode_before = self.mode;
@@ -321,7 +340,8 @@ impl Navigator {
             },
         };
 
-        let (twist, caution) = self.within_sight(pose, twist, input.dt_s);
+        let (twist, caution) =
+            if self.guided() { (twist, None) } else { self.within_sight(pose, twist, input.dt_s) };
         self.commanded = twist;
 
         let waypoint_index = (!self.waypoints.is_empty()).then(|| self.tracker.index());
@@ -368,6 +388,7 @@ impl Navigator {
             plan,
             tracking,
             avoidance,
+            lidar: self.lidar.as_ref().map(LidarSense::record),
             caution,
             limits: self.profile.limits,
             twist,
@@ -448,6 +469,11 @@ impl Navigator {
     /// The map as it is now.
     pub fn map(&self) -> &OccupancyMap {
         &self.map
+    }
+
+    /// What the lidar has seen and not seen through again, world frame \[m\]; empty where none guides.
+    pub fn lidar_points(&self) -> Vec<Point2> {
+        self.lidar.as_ref().map_or_else(Vec::new, |lidar| lidar.map().points().collect())
     }
 
     /// The field in use, to be shared with others that want the same goal.

@@ -138,7 +138,7 @@ impl Navigator {
     /// Nothing but the gyroscope will hold the heading, and standing still teaches its bias.
     pub(super) fn settling(&self) -> bool {
         let resting_s = self.odometry.resting_s();
-        let seeing = self.pose_given || (self.map_given && self.pose_known);
+        let seeing = self.pose_given || self.lidar.is_some() || (self.map_given && self.pose_known);
         let unsure = self.odometry.gyro_bias_sigma_radps() > self.bias_wanted_radps();
         !seeing && unsure && resting_s > 0.0 && resting_s < self.config.settle_most_s
     }
@@ -207,6 +207,10 @@ impl Navigator {
             return Event::Arrived;
         }
         let Some(intermediate) = self.intermediate else {
+            if let (true, Some(lidar)) = (self.guided(), &self.lidar) {
+                let stuck = lidar.record().without_progress_s > self.config.lidar.patience_s;
+                return if stuck { Event::LocalMinimum } else { Event::Nothing };
+            }
             // No path: towards the goal, or exploring, where driving on is the progress.
             self.keep_lookout();
             let to_go_m = match self.task {

@@ -49,6 +49,9 @@ impl Navigator {
                 self.drop_field();
                 self.intermediate = None;
                 self.trap.restart();
+                if let Some(lidar) = &mut self.lidar {
+                    lidar.restart();
+                }
             }
             Reason::PathFound if entered => {
                 self.waiting_for_way = false;

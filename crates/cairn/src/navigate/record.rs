@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use super::caution::Caution;
 use super::keeping::FieldRepair;
+use super::lidar::LidarRecord;
 use super::planning::Refusal;
 use super::recovery::{Cause, Recovery, Remedy};
 use super::strategy::{Event, Mode, Reason};
@@ -121,6 +122,8 @@ pub struct Decision {
     /// The curvature velocity method's reasoning. While tracking: it took this tick's command, because
     /// stopping after the tracker's would have met an obstacle.
     pub avoidance: Option<AvoidanceRecord>,
+    /// What the last scan told, where a lidar guides.
+    pub lidar: Option<LidarRecord>,
     /// The command was slowed because the robot does not see far enough.
     pub caution: Option<Caution>,
     /// Limits in force.
