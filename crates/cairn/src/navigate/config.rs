@@ -2,8 +2,8 @@ use serde::{Deserialize, Serialize};
 
 use super::caution::CautionConfig;
 use super::keeping::KeepingConfig;
-use super::stall::StallConfig;
 use super::lidar::LidarConfig;
+use super::stall::StallConfig;
 use super::trap::TrapConfig;
 use crate::avoid::CvmConfig;
 use crate::locate::{LocaliserConfig, MatchingConfig, OdometryConfig};
