@@ -166,7 +166,7 @@ def test_contact_is_seen_when_the_front_of_the_outline_reaches_a_post():
     assert 0 <= front - (2.0 - 0.075) <= 0.5 * STEP_S
 
 
-# ---- the sonar robot ------------------------------------------------------------------------------
+# ---- the sonar robot ---------------------------------------------------------------------
 
 
 def test_sonars_hear_a_post_ahead_and_walls_to_both_sides():

@@ -1,6 +1,7 @@
 """Worlds of the navigation benchmark: files, splines, and the generator."""
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -119,7 +120,7 @@ def test_a_folder_gives_the_worlds_asked_for_and_names_those_it_has_not(tmp_path
         worlds.load_folder(tmp_path / "nowhere")
 
 
-# ---- the benchmark's own files --------------------------------------------------------------------
+# ---- the benchmark's own files ------------------------------------------------------------
 
 
 def test_a_gazebo_world_gives_its_posts_and_walls_and_the_length_of_its_path_file(tmp_path):
@@ -133,7 +134,7 @@ def test_a_gazebo_world_gives_its_posts_and_walls_and_the_length_of_its_path_fil
     np.testing.assert_allclose(world.boxes, [[1.0, 2.0, 0.5, 3.0, 0.2]])
     # Cell (15, c) is at x = 15 · 0.15 − 4.575, y = 0.15 c + 5.075, as the challenge's own script.
     there = [(-2.25, 3.0), (-2.325, 5.075), (-2.325, 9.425), (-2.25, 13.0)]
-    length = sum(np.hypot(*np.subtract(b, a)) for a, b in zip(there, there[1:], strict=False))
+    length = sum(np.hypot(*np.subtract(b, a)) for a, b in pairwise(there))
     assert world.path_length_m == pytest.approx(length)
 
 
@@ -172,7 +173,7 @@ def test_a_world_scaled_measures_the_same_angles_and_longer_ranges(tmp_path):
     assert large.path_length_m == pytest.approx(26.0)
 
 
-# ---- moving obstacles -----------------------------------------------------------------------------
+# ---- moving obstacles ------------------------------------------------------------
 
 FRAMES = np.array(
     [[0.0, -10.0, 6.0], [5.0, -1.0, 2.5], [5.3, -1.0, 2.0], [8.5, 1.1, -3.3], [12.0, 3.0, 0.0]]
@@ -209,7 +210,7 @@ def test_a_mover_jumps_at_the_end_of_its_period_unless_its_loop_is_closed():
     assert movers.from_jump_s(1, 24.0) == np.inf
 
 
-# ---- our own worlds -------------------------------------------------------------------------------
+# ---- our own worlds ------------------------------------------------------------
 
 
 def test_a_generated_world_is_the_same_for_ever_and_no_other():

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,6 +28,12 @@ def bench_nav(
     generate: Annotated[
         int | None, typer.Option(min=1, help="Drive so many worlds of our own generator.")
     ] = None,
+    office: Annotated[
+        int | None, typer.Option(min=1, help="Drive so many office missions (P3-AT, sonars, map).")
+    ] = None,
+    kinematic: Annotated[
+        bool, typer.Option("--kinematic", help="Office missions without physics, faster.")
+    ] = False,
     indices: Annotated[
         str | None, typer.Option(help="Numbers of worlds, comma-separated; 10-20 is a range.")
     ] = None,
@@ -55,8 +63,21 @@ def bench_nav(
     from cairn.experiments.nav.worlds import load_folder
 
     wanted = None if indices is None else _numbers(indices)
-    if worlds is not None and generate is not None:
-        raise typer.BadParameter("give --worlds or --generate, not both", param_hint="--generate")
+    if sum(source is not None for source in (worlds, generate, office)) > 1:
+        raise typer.BadParameter(
+            "give one of --worlds, --generate and --office", param_hint="--worlds"
+        )
+    folder = out or Path("runs/bench-nav")
+    if office is not None:
+        body = "kinematic" if kinematic else "mujoco"
+        numbers = wanted or tuple(range(office))
+        if picture is not None:
+            _draw_mission(picture, seed, body, folder)
+            return
+        with _watched(len(numbers), quiet=as_json) as told:
+            record = measuring.run_office(numbers, seed, body, processes or cores(), told)
+        _show(record, folder, as_json)
+        return
     if worlds is not None:
         chosen, source = load_folder(worlds, wanted), f"folder {worlds.name}"
     else:
@@ -65,31 +86,58 @@ def bench_nav(
         source = f"generated, seed {seed}"
     settings = measuring.Settings(stack, chosen, robot, trials, seed, processes or cores(), source)
     settings.check()
-    folder = out or Path("runs/bench-nav")
     if picture is not None:
         _draw(settings, picture, folder)
         return
-    hidden = as_json or not console.is_terminal
+    with _watched(len(chosen) * trials, quiet=as_json) as told:
+        record = measuring.run(settings, told)
+    _show(record, folder, as_json)
+
+
+@contextmanager
+def _watched(total: int, *, quiet: bool) -> Iterator[Callable[[Any], None]]:
+    """What to call with every trial, while a line shows how far it is."""
     columns = (
         BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeElapsedColumn(),
         TextColumn("left"), TimeRemainingColumn(), TextColumn("[dim]{task.description}[/]"),
     )  # fmt: skip
-    good = total = 0
+    hidden = quiet or not console.is_terminal
+    good = done = 0
     with Progress(*columns, console=console, transient=True, disable=hidden) as progress:
-        work = progress.add_task("", total=len(chosen) * trials)
+        work = progress.add_task("", total=total)
 
         def told(trial: Any) -> None:
-            nonlocal good, total
-            good, total = good + (trial.outcome == "success"), total + 1
-            progress.update(work, advance=1, description=f"{good} of {total} arrived")
+            nonlocal good, done
+            good, done = good + (trial.outcome == "success"), done + 1
+            progress.update(work, advance=1, description=f"{good} of {done} arrived")
 
-        record = plain(measuring.run(settings, told))
+        yield told
+
+
+def _show(record: dict[str, Any], folder: Path, as_json: bool) -> None:
+    record = plain(record)
     path = write_summary(record, folder)
     if as_json:
         sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
-    else:
-        _print(record)
-        console.print(f"[dim]{path}[/]")
+        return
+    _print(record)
+    console.print(f"[dim]{path}[/]")
+
+
+def _draw_mission(which: str, seed: int, body: str, folder: Path) -> None:
+    from cairn.experiments.nav.office import drive_office
+    from cairn.view.picture import draw_run
+
+    number = which.rpartition("_")[2]
+    if not number.isdecimal():
+        raise typer.BadParameter(
+            f"`{which}`: the number of an office mission", param_hint="--picture"
+        )
+    trial, result = drive_office(int(number), seed, body)
+    console.print(f"{trial.world}: {trial.outcome}, {trial.reason}")
+    if result is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+        console.print(f"[dim]{draw_run(result, folder / f'{trial.world}.png')}[/]")
 
 
 def _numbers(text: str) -> tuple[int, ...]:

@@ -92,45 +92,86 @@ def run(settings: Settings, told: Callable[[Trial], None] | None = None) -> dict
     return record_of(settings, done)
 
 
+def run_office(
+    numbers: Sequence[int],
+    seed: int,
+    robot: str,
+    processes: int,
+    told: Callable[[Trial], None] | None = None,
+) -> dict[str, Any]:
+    """Run office missions of our navigator and return a record like that of `run`.
+
+    Args:
+        numbers: which missions of the series of `seed`.
+        seed: of the series.
+        robot: `mujoco` (physics) or `kinematic`.
+        processes: that share the work.
+        told: called with every mission as it ends.
+    """
+    done: dict[str, Trial] = {}
+    for trial in _over_processes(_one_mission, [(n, seed, robot) for n in numbers], processes):
+        done[trial.world] = trial
+        if told is not None:
+            told(trial)
+    trials = [done[f"office_{number}"] for number in numbers]
+    return {
+        **_record([[trial.to_dict()] for trial in trials], seed, [t.wall for t in trials]),
+        "by_difficulty": {},
+        "stack": "cairn",
+        "robot": f"P3-AT, {robot}",
+        "scale": 1.0,
+        "source": f"office missions, seed {seed}",
+        "trials_per_world": 1,
+        "seed": seed,
+        "worlds": [
+            {"world": trial.world, "kind": "office", "difficulty": "", **_row([trial.to_dict()])}
+            for trial in trials
+        ],
+    }
+
+
 def record_of(settings: Settings, done: dict[tuple[str, int], Trial]) -> dict[str, Any]:
     """Make the record of a benchmark from its trials."""
     rows = [
         [done[world.name, number].to_dict() for number in range(settings.trials)]
         for world in settings.worlds
     ]
-    summary = scoring.figures(rows, settings.seed)
+    worlds = list(zip(settings.worlds, rows, strict=True))
     groups = sorted({world.difficulty for world in settings.worlds if world.difficulty})
-    by_difficulty = {
-        group: scoring.figures(
-            [own for own, world in zip(rows, settings.worlds, strict=True)
-             if world.difficulty == group],
-            settings.seed,
-        )
-        for group in groups
-    }  # fmt: skip
-    ticks = [trial.wall for trial in done.values()]
     return {
-        "summary": {**summary, "caveat": CAVEAT},
-        "by_difficulty": by_difficulty,
+        **_record(rows, settings.seed, [trial.wall for trial in done.values()]),
+        "by_difficulty": {
+            group: scoring.figures(
+                [own for world, own in worlds if world.difficulty == group], settings.seed
+            )
+            for group in groups
+        },
         "stack": settings.stack,
         "robot": settings.robot,
         "scale": ROBOTS[settings.robot].scale,
         "source": settings.source,
         "trials_per_world": settings.trials,
         "seed": settings.seed,
-        "version": cairn.__version__,
         "worlds": [
-            {"world": world.name, "kind": world.kind, "difficulty": world.difficulty,
-             **_row(own)}
-            for world, own in zip(settings.worlds, rows, strict=True)
+            {"world": world.name, "kind": world.kind, "difficulty": world.difficulty, **_row(own)}
+            for world, own in worlds
         ],
+    }
+
+
+def _record(
+    rows: list[list[dict[str, Any]]], seed: int, walls: Sequence[dict[str, float]]
+) -> dict[str, Any]:
+    return {
+        "summary": {**scoring.figures(rows, seed), "caveat": CAVEAT},
+        "version": cairn.__version__,
         "trials": [trial for own in rows for trial in own],
         "wall": {
-            "tick_mean_ms": float(np.mean([tick["tick_mean_ms"] for tick in ticks])),
-            "tick_p99_ms": float(np.quantile([tick["tick_p99_ms"] for tick in ticks], 0.99)),
-            "tick_max_ms": float(max(tick["tick_max_ms"] for tick in ticks)),
+            "tick_mean_ms": float(np.mean([tick["tick_mean_ms"] for tick in walls])),
+            "tick_p99_ms": float(np.quantile([tick["tick_p99_ms"] for tick in walls], 0.99)),
+            "tick_max_ms": float(max(tick["tick_max_ms"] for tick in walls)),
         },
-    }  # fmt: skip
+    }
 
 
 def _row(trials: list[dict[str, Any]]) -> dict[str, Any]:
@@ -152,13 +193,19 @@ def _all(settings: Settings) -> Iterator[Trial]:
         for number in range(settings.trials)
         for world in worlds
     ]
-    if settings.processes == 1:
-        yield from map(_one, jobs)
+    return _over_processes(_one, jobs, settings.processes)
+
+
+def _over_processes(
+    one: Callable[[Any], Trial], jobs: Sequence[Any], processes: int
+) -> Iterator[Trial]:
+    if processes == 1:
+        yield from map(one, jobs)
         return
     # Processes forked from one with threads may hang; these begin anew, each on one thread.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(settings.processes, context, initializer=_alone) as pool:
-        for future in as_completed([pool.submit(_one, job) for job in jobs]):
+    with ProcessPoolExecutor(processes, context, initializer=_alone) as pool:
+        for future in as_completed([pool.submit(one, job) for job in jobs]):
             yield future.result()
 
 
@@ -171,3 +218,9 @@ def _alone() -> None:
 def _one(job: tuple[str, NavWorld, int, int, str]) -> Trial:
     stack, world, number, seed, robot = job
     return drive(stack, world, number, seed, robot=robot)
+
+
+def _one_mission(job: tuple[int, int, str]) -> Trial:
+    from cairn.experiments.nav.office import drive_office
+
+    return drive_office(*job)[0]

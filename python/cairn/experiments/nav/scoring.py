@@ -20,7 +20,7 @@ def score(
     top_speed_mps: float,
     cap: tuple[float, float],
 ) -> float:
-    """Success · OT / clip(AT, cap), with the optimal time OT of the path at top speed [Xu23].
+    """Success · OT / clip(AT, cap), with the optimal time OT of the path at top speed [Xiao23].
 
     Args:
         success: the goal was reached without contact and in time.

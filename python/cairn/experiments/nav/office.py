@@ -1,0 +1,238 @@
+"""Missions in an office: random starts and goals, boxes no map shows, a trolley that is pushed.
+
+The robot is a P3-AT with its sonars and the office's map. Boxes stand where the map shows nothing;
+one more is put down before the robot as it comes; a trolley is pushed across, a quarter of a metre
+each second. A goal counts as reached within 0.3 m by truth; a refusal is right where no way is left
+for the robot's inscribed disc when everything stands as it did at the end.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+import cairn
+from cairn import _brain
+from cairn.experiments.nav.scoring import CAP, OLD_CAP, score
+from cairn.experiments.nav.trial import COLLISION, ERROR, SUCCESS, TIMEOUT, Trial
+from cairn.missions import Result, Scenario
+from cairn.missions.setting import point_of
+from cairn.robots.robot import Pose
+from cairn.world import World
+
+MAP = "office"
+LEAST_WAY_M = 4.0
+BOXES, TROLLEY_STEPS = 3, 16
+AWAY_M = 0.75
+"""Boxes stand no nearer to start and goal than this, from centre to centre less their own size."""
+TIMEOUT_S = 300.0
+
+
+def office_mission(number: int, seed: int = 1, robot: str = "mujoco") -> Scenario:
+    """Mission `number` of the series of `seed`.
+
+    Args:
+        number: any, from 0.
+        seed: of the series.
+        robot: `mujoco` (physics) or `kinematic`.
+    """
+    random = np.random.default_rng([seed, number, 11])
+    world = cairn.maps.load(MAP)
+    profile = cairn.Profile.load("p3at")
+    costs = cairn.costmap(world, profile)
+    outline = profile.footprint
+    reach_m = math.hypot(outline.length_m, outline.width_m) / 2 + 0.05
+    free = np.argwhere(_clearances(world) > reach_m)
+    while True:
+        start, goal = (_centre(world, free[int(random.integers(len(free)))]) for _ in range(2))
+        way = cairn.plan(costs, goal).path(start)
+        if way is not None and _length(way) >= LEAST_WAY_M:
+            break
+    boxes = _standing(random, world, free, start, goal)
+    boxes += _put_down(random, way, start, goal)
+    boxes += _pushed(random, way, start, goal)
+    return Scenario.model_validate(
+        {
+            "name": f"office_{number}",
+            "map": MAP,
+            "robot": robot,
+            "start": {
+                "x_m": start[0],
+                "y_m": start[1],
+                "heading_rad": float(random.uniform(-math.pi, math.pi)),
+            },
+            "goals": [{"x_m": goal[0], "y_m": goal[1]}],
+            "boxes": boxes,
+            "seed": int(random.integers(2**31)),
+            "timeout_s": TIMEOUT_S,
+        }
+    )
+
+
+def drive_office(number: int, seed: int, robot: str = "mujoco") -> tuple[Trial, Result | None]:
+    """Run a mission and judge it as a trial: (trial, result), no result after an error."""
+    scenario = office_mission(number, seed, robot)
+    try:
+        result = cairn.missions.run(scenario)
+    except cairn.errors.CairnError as error:
+        return _trial(number, ERROR, f"{type(error).__name__}: {error}", None), None
+    ended = result.robots[0].goals[0]
+    touched = result.robots[0].contacts
+    if touched:
+        return _trial(number, COLLISION, f"touched {touched[0].get('name', '')}", result), result
+    if ended.outcome == "reached":
+        return _trial(number, SUCCESS, ended.sentence, result), result
+    if ended.outcome == "refused" and not is_possible(scenario, result.time_s):
+        return _trial(number, SUCCESS, f"rightly refused: {ended.sentence}", result), result
+    return _trial(number, TIMEOUT, f"{ended.outcome}: {ended.sentence}", result), result
+
+
+def is_possible(scenario: Scenario, time_s: float) -> bool:
+    """Whether a way is left for the inscribed disc past all that stands at a time of the run."""
+    world = cairn.maps.load(scenario.map)
+    occupancy = np.array(world.occupancy)
+    x0, y0, _ = world.origin
+    rows, cols = np.indices(occupancy.shape)
+    x = x0 + (cols + 0.5) * world.resolution_m
+    y = y0 + (rows + 0.5) * world.resolution_m
+    for box in scenario.boxes:
+        if box.from_s <= time_s and (box.until_s is None or time_s < box.until_s):
+            c, s = math.cos(box.yaw_rad), math.sin(box.yaw_rad)
+            u, v = c * (x - box.x_m) + s * (y - box.y_m), c * (y - box.y_m) - s * (x - box.x_m)
+            occupancy[(abs(u) <= box.length_m / 2) & (abs(v) <= box.width_m / 2)] = 1
+    crowded = World(occupancy, resolution_m=world.resolution_m, origin=world.origin)
+    free = _clearances(crowded) > cairn.Profile.load("p3at").footprint.width_m / 2
+    cells = [
+        (int((y - y0) / world.resolution_m), int((x - x0) / world.resolution_m))
+        for x, y in (point_of(p, world) for p in (scenario.starts[0].start, scenario.goals[0]))
+    ]
+    if not free[cells[1]]:
+        return False
+    free[cells[0]] = True
+    return bool(np.isfinite(cairn.plan_grid(free, goal=cells[1]).cost_to_go[cells[0]]))
+
+
+def _trial(number: int, outcome: str, reason: str, result: Result | None) -> Trial:
+    if result is None:
+        return Trial(f"office_{number}", 0, outcome, reason, 0.0, 0.0, 0.0, 0.0, Pose(0, 0, 0), 1,
+                     {}, {"tick_mean_ms": 0.0, "tick_p99_ms": 0.0, "tick_max_ms": 0.0})  # fmt: skip
+    robot = result.robots[0]
+    goal = robot.goals[0]
+    time_s = goal.ended_s - goal.started_s
+    length_m = goal.planned_length_m or goal.path_length_m
+    top_mps = cairn.Profile.load("p3at").limits.linear_mps
+    scores = [
+        score(outcome == SUCCESS and length_m > 0, time_s, length_m, top_mps, cap)
+        for cap in (CAP, OLD_CAP)
+    ]
+    return Trial(
+        world=f"office_{number}",
+        trial=0,
+        outcome=outcome,
+        reason=reason,
+        time_s=time_s,
+        score=scores[0],
+        score_old_cap=scores[1],
+        path_length_m=goal.path_length_m,
+        end=Pose(*robot.trace.truth[-1]),
+        attempts=1,
+        notes={
+            "least_clearance_m": round(robot.least_clearance_m, 3),
+            "drift_end_m": round(robot.drift_end_m, 3),
+            "plans": robot.plan_count,
+        },
+        wall={
+            "tick_mean_ms": result.wall["decide_mean_ms"],
+            "tick_p99_ms": result.wall["decide_max_ms"],
+            "tick_max_ms": result.wall["decide_max_ms"],
+        },
+    )
+
+
+def _clearances(world: World) -> np.ndarray:
+    """From cell centres to what stands or is unknown [m]."""
+    taken = np.ascontiguousarray(np.asarray(world.occupancy) != 0)
+    return _brain.distance_to_occupied(taken, world.resolution_m, surface=True)
+
+
+def _centre(world: World, cell: np.ndarray) -> tuple[float, float]:
+    x0, y0, _ = world.origin
+    row, col = cell
+    return (
+        float(x0 + (col + 0.5) * world.resolution_m),
+        float(y0 + (row + 0.5) * world.resolution_m),
+    )
+
+
+def _length(way: np.ndarray) -> float:
+    return float(np.hypot(*np.diff(way, axis=0).T).sum())
+
+
+def _is_away(box: dict[str, Any], *places: tuple[float, float]) -> bool:
+    reach = math.hypot(box["length_m"], box["width_m"]) / 2
+    return all(math.dist((box["x_m"], box["y_m"]), place) >= AWAY_M + reach for place in places)
+
+
+def _box(random: np.random.Generator, x: float, y: float, name: str) -> dict[str, Any]:
+    return {
+        "x_m": float(x),
+        "y_m": float(y),
+        "length_m": float(random.uniform(0.2, 0.6)),
+        "width_m": float(random.uniform(0.2, 0.5)),
+        "yaw_rad": float(random.uniform(-math.pi, math.pi)),
+        "name": name,
+    }
+
+
+def _standing(
+    random: np.random.Generator,
+    world: World,
+    free: np.ndarray,
+    start: tuple[float, float],
+    goal: tuple[float, float],
+) -> list[dict[str, Any]]:
+    """Boxes anywhere on the floor."""
+    boxes: list[dict[str, Any]] = []
+    while len(boxes) < BOXES:
+        x, y = _centre(world, free[int(random.integers(len(free)))])
+        box = _box(random, x, y, f"box {len(boxes)}")
+        if _is_away(box, start, goal):
+            boxes.append(box)
+    return boxes
+
+
+def _put_down(
+    random: np.random.Generator, way: np.ndarray, start: tuple[float, float],
+    goal: tuple[float, float],
+) -> list[dict[str, Any]]:  # fmt: skip
+    """One box near the way, put down as the robot comes within 2 m."""
+    x, y = way[int(random.uniform(0.3, 0.7) * len(way))] + random.uniform(-0.3, 0.3, 2)
+    box = {**_box(random, x, y, "put down"), "appears_within_m": 2.0}
+    return [box] if _is_away(box, start, goal) else []
+
+
+def _pushed(
+    random: np.random.Generator, way: np.ndarray, start: tuple[float, float],
+    goal: tuple[float, float],
+) -> list[dict[str, Any]]:  # fmt: skip
+    """A trolley pushed across the way, 0.25 m each second, back and forth, and then away."""
+    middle = way[int(random.uniform(0.3, 0.7) * len(way))]
+    heading = float(random.uniform(-math.pi, math.pi))
+    begins_s = float(random.uniform(2.0, 15.0))
+    size = {"length_m": 0.5, "width_m": 0.4, "yaw_rad": heading, "name": "trolley"}
+    boxes = []
+    for step in range(TROLLEY_STEPS):
+        offset = 0.25 * (abs(step - TROLLEY_STEPS / 2) - TROLLEY_STEPS / 4)
+        x, y = middle + offset * np.array([math.cos(heading), math.sin(heading)])
+        box = {
+            **size,
+            "x_m": float(x),
+            "y_m": float(y),
+            "from_s": begins_s + step,
+            "until_s": begins_s + step + 1.0,
+        }
+        if _is_away(box, start, goal):
+            boxes.append(box)
+    return boxes
