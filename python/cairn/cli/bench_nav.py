@@ -156,7 +156,7 @@ def _numbers(text: str) -> tuple[int, ...]:
 
 
 def _draw(settings: Any, which: str, folder: Path) -> None:
-    from cairn.experiments.nav.trial import ROBOTS, drive
+    from cairn.experiments.nav.trial import drive, fitted
     from cairn.view.trials import draw_trial
 
     name, _, number = which.partition(":")
@@ -170,8 +170,7 @@ def _draw(settings: Any, which: str, folder: Path) -> None:
         raise typer.BadParameter(
             f"`{which}`: WORLD or WORLD:TRIAL, of {known}", param_hint="--picture"
         )
-    scale = ROBOTS[settings.robot].scale
-    world = found[0].scaled(scale) if scale != 1.0 else found[0]
+    world = fitted(found[0], settings.robot)
     trial = drive(
         settings.stack, world, int(number or 0), settings.seed, robot=settings.robot, trace=True
     )

@@ -15,7 +15,7 @@ import cairn
 from cairn import errors
 from cairn.experiments.nav import scoring
 from cairn.experiments.nav.stacks import maker
-from cairn.experiments.nav.trial import ROBOTS, Trial, checked_period, drive
+from cairn.experiments.nav.trial import ROBOTS, Trial, checked_period, drive, fitted
 from cairn.experiments.nav.worlds import NavWorld
 
 CAVEAT = (
@@ -186,8 +186,7 @@ def _row(trials: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _all(settings: Settings) -> Iterator[Trial]:
-    scale = ROBOTS[settings.robot].scale
-    worlds = [world.scaled(scale) if scale != 1.0 else world for world in settings.worlds]
+    worlds = [fitted(world, settings.robot) for world in settings.worlds]
     jobs = [
         (settings.stack, world, number, settings.seed, settings.robot)
         for number in range(settings.trials)

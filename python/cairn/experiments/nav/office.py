@@ -1,9 +1,9 @@
 """Missions in an office: random starts and goals, boxes no map shows, a trolley that is pushed.
 
 The robot is a P3-AT with its sonars and the office's map. Boxes stand where the map shows nothing;
-one more is put down before the robot as it comes; a trolley is pushed across, a quarter of a metre
-each second. A goal counts as reached within 0.3 m by truth; a refusal is right where no way is left
-for the robot's inscribed disc when everything stands as it did at the end.
+one more is put down before the robot as it comes; a trolley is pushed across at 0.15 m/s and waits
+where the robot stands in its way. A goal counts as reached within 0.3 m by truth; a refusal is right
+where no way is left for the robot's inscribed disc when everything stands as it did at the end.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from cairn.world import World
 
 MAP = "office"
 LEAST_WAY_M = 4.0
-BOXES, TROLLEY_STEPS = 3, 16
+BOXES = 3
+TROLLEY_STEPS, TROLLEY_STEP_M, TROLLEY_STEP_S = 40, 0.06, 0.4
 AWAY_M = 0.75
 """Boxes stand no nearer to start and goal than this, from centre to centre less their own size."""
 TIMEOUT_S = 300.0
@@ -217,21 +218,21 @@ def _pushed(
     random: np.random.Generator, way: np.ndarray, start: tuple[float, float],
     goal: tuple[float, float],
 ) -> list[dict[str, Any]]:  # fmt: skip
-    """A trolley pushed across the way, 0.25 m each second, back and forth, and then away."""
+    """A trolley pushed across the way at 0.15 m/s, back and forth, and then away."""
     middle = way[int(random.uniform(0.3, 0.7) * len(way))]
     heading = float(random.uniform(-math.pi, math.pi))
     begins_s = float(random.uniform(2.0, 15.0))
     size = {"length_m": 0.5, "width_m": 0.4, "yaw_rad": heading, "name": "trolley"}
     boxes = []
     for step in range(TROLLEY_STEPS):
-        offset = 0.25 * (abs(step - TROLLEY_STEPS / 2) - TROLLEY_STEPS / 4)
+        offset = TROLLEY_STEP_M * (abs(step - TROLLEY_STEPS / 2) - TROLLEY_STEPS / 4)
         x, y = middle + offset * np.array([math.cos(heading), math.sin(heading)])
         box = {
             **size,
             "x_m": float(x),
             "y_m": float(y),
-            "from_s": begins_s + step,
-            "until_s": begins_s + step + 1.0,
+            "from_s": begins_s + TROLLEY_STEP_S * step,
+            "until_s": begins_s + TROLLEY_STEP_S * (step + 1),
         }
         if _is_away(box, start, goal):
             boxes.append(box)

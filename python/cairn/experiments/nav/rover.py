@@ -73,14 +73,14 @@ class SonarRover:
         self._since = (0.0, 0.0, 0.0)
         wheels = self._encoders.read((left, right)) if dt_s > 0 else (0.0, 0.0)
         track_m = self.profile.drive.effective_track_m
-        twist = Twist(0.0, 0.0)
+        twist, gyro = Twist(0.0, 0.0), self._gyroscope.bias_radps
         if dt_s > 0:
             twist = Twist(
                 (wheels[0] + wheels[1]) / (2 * dt_s), (wheels[1] - wheels[0]) / (track_m * dt_s)
             )
-        self.odometry = moved(self.odometry, twist, dt_s)
+            gyro = self._gyroscope.read(turned, dt_s)
+            self.odometry = moved(self.odometry, Twist(twist.linear_mps, gyro), dt_s)
         ranges = self._ranges.read(self.truth, time_s, self._caster(time_s), self._corners)
-        gyro = self._gyroscope.read(turned, dt_s) if dt_s > 0 else self._gyroscope.bias_radps
         return Observation(time_s, dt_s, ranges, self.odometry, self.odometry, twist, wheels, gyro)
 
     def command(self, linear_mps: float, angular_radps: float) -> None:

@@ -46,7 +46,8 @@ class Observation:
         ranges_m: (n,) the profile's sonars, then its lidar beams [m]; inf: nothing within reach.
         scan_pose: odometry when the lidar measured, at most 20 ms before `time_s`; a lidar measures
             fifty times a second.
-        odometry: the robot's pose in the odometry frame, summed from its wheels.
+        odometry: the robot's pose in the odometry frame, summed from its wheels; turns are those of
+            the gyroscope where there is one.
         twist: speeds of the wheels as a twist (V [m/s], ω [rad/s]); the body may slip.
         wheels_m: travel of the left and the right side since the last observation.
         gyro_radps: mean turn rate since the last observation; None for a robot without gyroscope.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from cairn.robots.robot import Pose, as_twist
 
 STARTED_M = 0.1
 """The clock starts once the robot has moved so far."""
-START_WITHIN_S = 20.0
+START_WITHIN_S = 30.0
 """A robot that has not moved by then has run out of time."""
 JUMP_S = 0.1
 """A hit so near in time to a jump of a moving obstacle is nobody's fault."""
@@ -40,13 +40,23 @@ class Kind:
     simulated: type[Jackal] | type[SonarRover]
     period_s: float
     scale: float
-    """Worlds are scaled by this: the radii around the two robots' outlines are as 1 to 1.30."""
+    """Worlds are larger by this: the radii around the two robots' outlines are as 1 to 1.30."""
+    slower: float
+    """And their time limits longer by this: the same number of optimal times for both."""
 
 
 ROBOTS = {
-    "jackal": Kind("jackal", Jackal, 0.05, 1.0),
-    "p3at": Kind("p3at", SonarRover, 0.1, 1.3),
+    "jackal": Kind("jackal", Jackal, 0.05, 1.0, 1.0),
+    "p3at": Kind("p3at", SonarRover, 0.1, 1.3, 1.3 * 2.0 / 0.7),
 }
+
+
+def fitted(world: NavWorld, robot: str) -> NavWorld:
+    """Return a world of BARN's size as it is for a robot: see `Kind`."""
+    kind = ROBOTS[robot]
+    if kind.scale == 1.0:
+        return world
+    return replace(world.scaled(kind.scale), timeout_s=world.timeout_s * kind.slower)
 
 
 @dataclass
@@ -112,7 +122,7 @@ def drive(
     robot: str = "jackal",
     trace: bool = False,
 ) -> Trial:
-    """Drive one trial; the world must be of the robot's size already.
+    """Drive one trial; the world must be `fitted` to the robot already.
 
     Args:
         stack: a name of `stacks.STACKS`, or `module:function`.
