@@ -2,8 +2,8 @@
 
 The robot is a P3-AT with its sonars and the office's map. Boxes stand where the map shows nothing;
 one more is put down before the robot as it comes; a trolley is pushed across at 0.15 m/s and waits
-where the robot stands in its way. A goal counts as reached within 0.3 m by truth; a refusal is right
-where no way is left for the robot's inscribed disc when everything stands as it did at the end.
+where the robot stands in its way. A goal counts as reached within 0.3 m by truth; a refusal is
+right where no way is left for the robot's inscribed disc when everything stands as at the end.
 """
 
 from __future__ import annotations
