@@ -216,7 +216,7 @@ class FuzzySystem:
 class Tracker:
     """The path tracker."""
 
-    def __new__(cls, text: str, profile: Profile) -> Self:
+    def __new__(cls, text: str, profile: Profile, cruise_mps: float | None = None) -> Self:
         """A tracker from the TOML text of a controller and a robot's limits and latency."""
 
     def follow(
@@ -234,8 +234,24 @@ class Tracker:
     def step(
         self, pose: tuple[float, float, float], twist: tuple[float, float], dt_s: float
     ) -> dict[str, Any]: ...
+    def overridden(self, twist: tuple[float, float]) -> None: ...
+    def rehearse(
+        self,
+        start: tuple[float, float, float],
+        tick_s: float,
+        latency_s: float,
+        turn_share: float,
+        most_s: float,
+    ) -> NDArray[np.float64]:
+        """(n, 8): time; x, y, heading; V, omega; commanded V, omega. Works on a copy."""
+
     def look_ahead_system(self) -> FuzzySystem: ...
     def tracker_system(self) -> FuzzySystem: ...
+
+def deviations(
+    path: NDArray[np.float64], positions: NDArray[np.float64], reach_m: float
+) -> NDArray[np.float64]:
+    """(n, 2): signed distance to the path, positive left, and the way along it."""
 
 class SharedField:
     """A cost-to-go field laid over the world, to be shared between navigators."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -143,6 +143,48 @@ class TrackingRecord(dict[str, Any]):
         return self["arrived"]
 
 
+class Rehearsal(NamedTuple):
+    """A drive worked out in advance, tick by tick: times (n,) [s]; poses (n, 3) [m, m, rad]; how the
+    robot moves and what it is told, (n, 2) [m/s, rad/s] each.
+    """
+
+    times_s: NDArray[np.float64]
+    poses: NDArray[np.float64]
+    twists: NDArray[np.float64]
+    commands: NDArray[np.float64]
+
+
+def deviations(
+    path: ArrayLike, positions: ArrayLike, *, reach_m: float = 1.0
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Signed distance of every position to a path, positive left, and the way along it [m].
+
+    Progress along the path is kept to: the nearest point is sought from a little before the last
+    one to `reach_m` beyond it, so that a path may cross itself.
+
+    Args:
+        path: (m, 2) world frame [m], the continuous reference.
+        positions: (n, 2) of a drive, in order.
+        reach_m: how far a drive may get ahead of what was measured last.
+
+    Raises:
+        PathEmpty, PathPointNotFinite, PathShapeWrong, TrackValueOutOfRange.
+    """
+    found = _brain.deviations(_points(path), _points(positions), reach_m)
+    return found[:, 0], found[:, 1]
+
+
+def _points(points: ArrayLike) -> NDArray[np.float64]:
+    array = np.asarray(points, float)
+    if array.size == 0:
+        array = array.reshape(0, 2)
+    if array.ndim != 2 or array.shape[1] != 2:
+        raise errors.PathShapeWrong(
+            f"a path has shape (n, 2), this one {array.shape}", shape=array.shape
+        )
+    return array
+
+
 class Tracker:
     """Drives along waypoints: (V, ω) = f(C, dR, dθ, Vc) [Maalouf06 (6)].
 
@@ -154,18 +196,25 @@ class Tracker:
     ```
     """
 
-    def __init__(self, controller: str | Path, profile: _brain.Profile) -> None:
+    def __init__(
+        self,
+        controller: str | Path,
+        profile: _brain.Profile,
+        *,
+        cruise_mps: float | None = None,
+    ) -> None:
         """A tracker without a path.
 
         Args:
             controller: name of a shipped controller, a file, or the text of one.
             profile: the robot; its limits and latency are kept to.
+            cruise_mps: greatest speed wanted [m/s]; by default the robot's own.
 
         Raises:
             ControllerNotFound, ControllerUnreadable, ControllerInvalid, ControllerMismatch,
             TrackValueOutOfRange: what is wrong with the controller.
         """
-        self._brain = _brain.Tracker(controller_text(controller), profile)
+        self._brain = _brain.Tracker(controller_text(controller), profile, cruise_mps)
 
     def follow(
         self,
@@ -186,14 +235,7 @@ class Tracker:
         Raises:
             PathEmpty, PathPointNotFinite, PathShapeWrong, TrackValueOutOfRange.
         """
-        array = np.asarray(points, float)
-        if array.size == 0:
-            array = array.reshape(0, 2)
-        if array.ndim != 2 or array.shape[1] != 2:
-            raise errors.PathShapeWrong(
-                f"a path has shape (n, 2), this one {array.shape}", shape=array.shape
-            )
-        self._brain.follow(array, spacing_m, corridor_m, is_clear)
+        self._brain.follow(_points(points), spacing_m, corridor_m, is_clear)
 
     def clear(self) -> None:
         """Forget the path; the next steps brake."""
@@ -234,6 +276,39 @@ class Tracker:
         x, y, heading = (float(value) for value in pose)
         linear, angular = (float(value) for value in twist)
         return TrackingRecord(self._brain.step((x, y, heading), (linear, angular), float(dt_s)))
+
+    def overridden(self, twist: tuple[float, float]) -> None:
+        """Tell what the robot was sent instead of the last command, if something changed it."""
+        linear, angular = (float(value) for value in twist)
+        self._brain.overridden((linear, angular))
+
+    def rehearse(
+        self,
+        start: tuple[float, float, float],
+        *,
+        tick_s: float = 0.1,
+        latency_s: float = 0.1,
+        turn_share: float = 1.0,
+        most_s: float = 600.0,
+    ) -> Rehearsal:
+        """The drive along the path taken up, worked out in advance, from rest until arrival.
+
+        The robot obeys [Maalouf06 (1)] and its ramp; nothing stands in the way. The tracker itself
+        stays as it is.
+
+        Args:
+            start: pose (x [m], y [m], heading [rad]), world frame.
+            tick_s: from one command to the next [s].
+            latency_s: from a command to the motion that follows it, in truth [s].
+            turn_share: turn rate of the robot as a share of that of its wheels.
+            most_s: it ends after this [s].
+
+        Raises:
+            MeasurementNotFinite, TimeStepInvalid, TrackValueOutOfRange.
+        """
+        x, y, heading = (float(value) for value in start)
+        table = self._brain.rehearse((x, y, heading), tick_s, latency_s, turn_share, most_s)
+        return Rehearsal(table[:, 0], table[:, 1:4], table[:, 4:6], table[:, 6:8])
 
     @property
     def look_ahead(self) -> FuzzySystem:

@@ -2,7 +2,8 @@ use std::cell::RefCell;
 
 use cairn::fuzzy::FuzzyConfig;
 use cairn::geometry::{Point2, Twist2};
-use cairn::track::{TrackerConfig, WaypointConfig, Waypoints};
+use cairn::robot::Limits;
+use cairn::track::{Stage, TrackerConfig, WaypointConfig, Waypoints};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -63,17 +64,23 @@ impl FuzzySystem {
 #[pyclass(module = "cairn._brain")]
 struct Tracker {
     inner: cairn::track::Tracker,
+    limits: Limits,
 }
 
 #[pymethods]
 impl Tracker {
     #[new]
-    fn new(text: &str, profile: &Profile) -> PyResult<Self> {
+    #[pyo3(signature = (text, profile, cruise_mps=None))]
+    fn new(text: &str, profile: &Profile, cruise_mps: Option<f64>) -> PyResult<Self> {
         let config: TrackerConfig = controller(text)?;
-        let inner = cairn::track::Tracker::new(&config, &profile.inner.limits)
+        let limits = profile.inner.limits;
+        let mut inner = cairn::track::Tracker::new(&config, &limits)
             .and_then(|tracker| tracker.with_latency(profile.inner.drive.latency_s))
             .map_err(|e| to_python(&e))?;
-        Ok(Self { inner })
+        if let Some(cruise_mps) = cruise_mps {
+            inner = inner.with_cruise(cruise_mps).map_err(|e| to_python(&e))?;
+        }
+        Ok(Self { inner, limits })
     }
 
     /// Takes up a path (n, 2), resampled when a spacing is given.
@@ -147,6 +154,46 @@ impl Tracker {
         Ok(pythonize::pythonize(py, &record)?)
     }
 
+    fn overridden(&mut self, twist: (f64, f64)) {
+        self.inner.overridden(Twist2::new(twist.0, twist.1));
+    }
+
+    /// (n, 8): time; x, y, heading; V, omega; commanded V, omega. Works on a copy of the tracker.
+    fn rehearse<'py>(
+        &self,
+        py: Python<'py>,
+        start: Triple,
+        tick_s: f64,
+        latency_s: f64,
+        turn_share: f64,
+        most_s: f64,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let stage = Stage { tick_s, latency_s, turn_share, most_s };
+        let moments = py
+            .detach(|| {
+                let mut tracker = self.inner.clone();
+                cairn::track::rehearse(&mut tracker, &self.limits, &stage, pose_of(start))
+            })
+            .map_err(|e| to_python(&e))?;
+        let flat: Vec<f64> = moments
+            .iter()
+            .flat_map(|moment| {
+                let (pose, twist, command) = (moment.world_from_robot, moment.twist, moment.command);
+                [
+                    moment.time_s,
+                    pose.x,
+                    pose.y,
+                    pose.heading,
+                    twist.linear_mps,
+                    twist.angular_radps,
+                    command.linear_mps,
+                    command.angular_radps,
+                ]
+            })
+            .collect();
+        flat.into_pyarray(py).reshape([moments.len(), 8])
+    }
+
     fn look_ahead_system(&self) -> FuzzySystem {
         FuzzySystem { inner: self.inner.look_ahead().system().clone() }
     }
@@ -156,7 +203,26 @@ impl Tracker {
     }
 }
 
+/// (n, 2): signed distance to the path, positive left, and the way along it, for positions (n, 2).
+#[pyfunction]
+fn deviations<'py>(
+    py: Python<'py>,
+    path: PyReadonlyArray2<'py, f64>,
+    positions: PyReadonlyArray2<'py, f64>,
+    reach_m: f64,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let points = |array: &PyReadonlyArray2<'py, f64>| -> Vec<Point2> {
+        array.as_array().rows().into_iter().map(|p| Point2::new(p[0], p[1])).collect()
+    };
+    let (path, positions) = (points(&path), points(&positions));
+    let found =
+        py.detach(|| cairn::track::deviations(&path, &positions, reach_m)).map_err(|e| to_python(&e))?;
+    let flat: Vec<f64> = found.iter().flat_map(|d| [d.left_m, d.along_m]).collect();
+    flat.into_pyarray(py).reshape([found.len(), 2])
+}
+
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<FuzzySystem>()?;
-    module.add_class::<Tracker>()
+    module.add_class::<Tracker>()?;
+    module.add_function(wrap_pyfunction!(deviations, module)?)
 }

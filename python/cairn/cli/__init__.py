@@ -11,6 +11,7 @@ from cairn.cli import (
     plan,
     reproduce,
     run,
+    track,
 )  # they add their commands to the application
 from cairn.cli.root import app, main
 
@@ -24,4 +25,5 @@ __all__ = [
     "plan",
     "reproduce",
     "run",
+    "track",
 ]

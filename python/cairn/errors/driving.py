@@ -83,6 +83,12 @@ class StepOutOfRange(CairnError):
     dt_s: float
 
 
+class FloorOutOfRange(CairnError):
+    """How much more a robot slips on a floor is not a positive finite number."""
+
+    track_scale: float
+
+
 class CommandNotFinite(CairnError):
     """A commanded speed is NaN or infinite."""
 

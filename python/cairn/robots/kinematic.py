@@ -22,6 +22,7 @@ from cairn.robots.robot import (
     as_twist,
     displaced,
     moved,
+    positive_scale,
     wrap_angle,
 )
 from cairn.robots.scene import Scene
@@ -157,6 +158,10 @@ class KinematicRobot:
     def hold(self, half_width_m: float) -> None:
         """Hold it by something unseen; see `SimulatedRobot.hold`."""
         self._sills.append(Sill.under(self._pose, half_width_m))
+
+    def change_floor(self, track_scale: float) -> None:
+        """Drive onto another floor; see `SimulatedRobot.change_floor`."""
+        self._track_scale = positive_scale(track_scale)
 
     def emergency_stop(self, for_s: float) -> None:
         """Press its emergency stop; see `SimulatedRobot.emergency_stop`."""

@@ -28,6 +28,7 @@ from cairn.robots.robot import (
     Twist,
     as_twist,
     displaced,
+    positive_scale,
     wrap_angle,
 )
 from cairn.robots.scene import Scene, outline_at
@@ -276,6 +277,10 @@ class MujocoP3AT:
     def hold(self, half_width_m: float) -> None:
         """Hold it by something unseen; see `SimulatedRobot.hold`."""
         self._sills.append(Sill.under(self.truth, half_width_m))
+
+    def change_floor(self, track_scale: float) -> None:
+        """Drive onto another floor; see `SimulatedRobot.change_floor`."""
+        self._tyres = Tyres(self._physics, positive_scale(track_scale))
 
     def emergency_stop(self, for_s: float) -> None:
         """Press its emergency stop; see `SimulatedRobot.emergency_stop`."""

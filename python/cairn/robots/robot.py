@@ -130,6 +130,16 @@ class SimulatedRobot(Robot, Protocol):
         """
         ...
 
+    def change_floor(self, track_scale: float) -> None:
+        """Drive onto another floor: the effective track is so many times the profile's from now on.
+
+        Above 1 the robot slips more, and turns less than its wheels say.
+
+        Raises:
+            FloorOutOfRange: not a positive finite number.
+        """
+        ...
+
     def emergency_stop(self, for_s: float) -> None:
         """Press its emergency stop for a time: the motors brake hard and ignore commands.
 
@@ -187,6 +197,16 @@ def as_twist(twist: Any) -> Twist:
             angular_radps=angular,
         )
     return Twist(linear, angular)
+
+
+def positive_scale(track_scale: float) -> float:
+    """`track_scale`, checked."""
+    if not (math.isfinite(track_scale) and track_scale > 0):
+        raise errors.FloorOutOfRange(
+            f"track_scale is {track_scale}, must be a positive finite number",
+            track_scale=track_scale,
+        )
+    return float(track_scale)
 
 
 def wrap_angle(angle: float) -> float:

@@ -30,7 +30,7 @@ pub struct FuzzyConfig {
     pub and: And,
     /// Inputs by name.
     pub inputs: BTreeMap<String, FuzzyInput>,
-    /// Singletons by name, of each output by name.
+    /// Singletons by name, of each output by name; rules may also name a number itself.
     pub outputs: BTreeMap<String, BTreeMap<String, f64>>,
     /// Rules written one by one.
     #[serde(default)]
@@ -81,6 +81,25 @@ impl AnyOf {
     }
 }
 
+/// What a rule says of an output: a singleton by its name, or the number itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Singleton {
+    /// `0.35`
+    Number(f64),
+    /// `"Easy"`
+    Named(String),
+}
+
+impl std::fmt::Display for Singleton {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Number(value) => write!(f, "{value}"),
+            Self::Named(name) => f.write_str(name),
+        }
+    }
+}
+
 /// `when` every named input is in its set, `then` each named output is its singleton.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -89,7 +108,7 @@ pub struct FuzzyRule {
     #[serde(default)]
     pub when: BTreeMap<String, AnyOf>,
     /// Singleton by output.
-    pub then: BTreeMap<String, String>,
+    pub then: BTreeMap<String, Singleton>,
     /// Factor on the strength, above 0.
     #[serde(default = "one")]
     pub weight: f64,
@@ -109,7 +128,7 @@ pub struct FuzzyTable {
     /// Input whose sets name the columns.
     pub columns: String,
     /// Singleton by row and column.
-    pub cells: BTreeMap<String, BTreeMap<String, String>>,
+    pub cells: BTreeMap<String, BTreeMap<String, Singleton>>,
 }
 
 const fn one() -> f64 {
@@ -145,22 +164,23 @@ impl FuzzyConfig {
 /// A rule with one set per input, names not yet looked up.
 pub(super) struct SingleRule {
     pub when: BTreeMap<String, String>,
-    pub then: BTreeMap<String, String>,
+    pub then: BTreeMap<String, Singleton>,
     pub weight: f64,
 }
 
 impl SingleRule {
     /// The rule as a sentence: `if dR Near and dtheta Left then omega TurnLeft`.
     pub fn sentence(&self) -> String {
-        let join = |pairs: &BTreeMap<String, String>| {
-            pairs.iter().map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>().join(" and ")
-        };
         if self.when.is_empty() {
-            format!("always {}", join(&self.then))
+            format!("always {}", joined(&self.then))
         } else {
-            format!("if {} then {}", join(&self.when), join(&self.then))
+            format!("if {} then {}", joined(&self.when), joined(&self.then))
         }
     }
+}
+
+fn joined(pairs: &BTreeMap<String, impl std::fmt::Display>) -> String {
+    pairs.iter().map(|(name, value)| format!("{name} {value}")).collect::<Vec<_>>().join(" and ")
 }
 
 fn combinations(when: &BTreeMap<String, AnyOf>) -> Vec<BTreeMap<String, String>> {

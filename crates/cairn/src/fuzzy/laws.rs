@@ -92,12 +92,29 @@ fn several_sets_in_a_condition_are_a_rule_each() {
         let one = |name: &str| AnyOf::Several(vec![name.to_owned()]);
         long.rules.push(FuzzyRule {
             when: [("distance".to_owned(), one(distance)), ("turn".to_owned(), one(turn))].into(),
-            then: [("speed".to_owned(), speed.to_owned())].into(),
+            then: [("speed".to_owned(), Singleton::Named(speed.to_owned()))].into(),
             weight: 1.0,
         });
     }
     let (short, long) = (FuzzySystem::new(&short).expect("valid"), FuzzySystem::new(&long).expect("valid"));
     assert_eq!(short.evaluate(&[0.5, 0.5]), long.evaluate(&[0.5, 0.5]));
+}
+
+#[test]
+fn a_number_in_a_rule_is_a_singleton_without_a_name() {
+    let named = system(SPEED);
+    let mut text = SPEED.to_owned();
+    for (name, number) in [("Slow", "0.1"), ("Middle", "0.4"), ("Fast", "0.7"), ("Loud", "1")] {
+        text = text.replace(&format!("\"{name}\""), number).replace(&format!("{name} = {number}\n"), "");
+    }
+    let numbered = system(&text);
+    for inputs in [[0.0, 0.0], [0.4, 0.2], [0.7, 0.9], [2.0, 3.0]] {
+        assert_eq!(named.outputs(&inputs), numbered.outputs(&inputs));
+    }
+    let seen = numbered.evaluate(&[0.4, 0.0]).expect("finite");
+    assert!(seen.rules.contains_key("if distance Far and turn Straight then speed 0.7"), "{seen:?}");
+    let said = refusal(&text.replace("Straight = 0.7", "Straight = nan")).to_string();
+    assert!(said.contains("output `speed` in rule"), "{said}");
 }
 
 #[test]

@@ -12,7 +12,7 @@ mod system;
 #[cfg(test)]
 mod laws;
 
-pub use config::{And, AnyOf, FuzzyConfig, FuzzyInput, FuzzyRule, FuzzyTable};
+pub use config::{And, AnyOf, FuzzyConfig, FuzzyInput, FuzzyRule, FuzzyTable, Singleton};
 pub use error::FuzzyError;
 pub use set::FuzzySet;
 pub use system::{Evaluation, FuzzySystem};

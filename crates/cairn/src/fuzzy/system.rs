@@ -3,7 +3,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use super::config::SingleRule;
-use super::{And, FuzzyConfig, FuzzyError, FuzzySet};
+use super::{And, FuzzyConfig, FuzzyError, FuzzySet, Singleton};
 
 /// Most combinations of breakpoints whose coverage is checked.
 const MOST_CORNERS: usize = 200_000;
@@ -260,9 +260,6 @@ fn checked_outputs(config: &FuzzyConfig) -> Result<(), FuzzyError> {
         return Err(empty("outputs"));
     }
     for (output, singletons) in &config.outputs {
-        if singletons.is_empty() {
-            return Err(empty(format!("singletons for output `{output}`")));
-        }
         for (name, &value) in singletons {
             if !value.is_finite() {
                 let place = format!("singleton `{name}` of output `{output}`");
@@ -321,8 +318,17 @@ fn looked_up(
             .ok_or_else(|| unknown("output", output_name, names()))?;
         let singletons = &config.outputs[output_name];
         let names = || singletons.keys().map(String::as_str).collect();
-        let value = singletons.get(singleton).ok_or_else(|| unknown("singleton", singleton, names()))?;
-        then.push((output, *value));
+        let value = match singleton {
+            Singleton::Named(name) => {
+                *singletons.get(name).ok_or_else(|| unknown("singleton", name, names()))?
+            }
+            Singleton::Number(value) if value.is_finite() => *value,
+            Singleton::Number(value) => {
+                let place = format!("output `{output_name}` in rule `{sentence}`");
+                return Err(FuzzyError::FuzzyNumberInvalid { place, value: *value, more: String::new() });
+            }
+        };
+        then.push((output, value));
     }
     Ok(Rule { sentence, when, then, weight: rule.weight })
 }

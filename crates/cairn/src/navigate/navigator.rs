@@ -343,6 +343,7 @@ impl Navigator {
         let (twist, caution) =
             if self.guided() { (twist, None) } else { self.within_sight(pose, twist, input.dt_s) };
         self.commanded = twist;
+        self.tracker.overridden(twist);
 
         let waypoint_index = (!self.waypoints.is_empty()).then(|| self.tracker.index());
         let intermediate = if mode == Mode::ObstacleAvoidance { self.intermediate } else { None };

@@ -1,6 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::lookahead::system_with;
+use super::prediction::InFlight;
 use super::{LookAhead, TrackError, Waypoints};
 use crate::fuzzy::{Evaluation, FuzzyConfig, FuzzySystem};
 use crate::geometry::{Point2, Pose2, Twist2};
@@ -20,6 +21,8 @@ pub struct TrackerConfig {
     pub braking_share: f64,
     /// Speed at which a robot off its path turns into it at a right angle \[m/s\].
     pub joining_mps: f64,
+    /// The robot is seen this share of a tick after a command takes hold: it holds for a whole one.
+    pub hold_share: f64,
     /// `alpha1`, `alpha2` → `C`.
     pub look_ahead: FuzzyConfig,
     /// `C`, `dR`, `dtheta`, `Vc` → `V`, `omega`.
@@ -42,6 +45,8 @@ pub enum Cap {
     JoiningPath,
     /// V is never negative.
     NoReversing,
+    /// V: the speed that was asked for.
+    CruiseSpeed,
     /// V: greatest speed of the robot.
     LinearSpeed,
     /// ω: greatest speed of the robot.
@@ -68,7 +73,7 @@ pub struct TrackingRecord {
     /// Look-ahead curvature, in [0, 5].
     #[serde(rename = "C")]
     pub c: f64,
-    /// Where the robot will be when the command takes hold: dR and dθ are seen from there.
+    /// Where the robot will be when the command takes hold: the pointer, dR and dθ are seen from there.
     pub world_from_robot_ahead: Pose2,
     /// Distance to the target \[m\].
     #[serde(rename = "dR")]
@@ -110,10 +115,13 @@ pub struct Tracker {
     arrival_m: f64,
     braking_mps2: f64,
     joining_mps: f64,
+    hold_share: f64,
     look_ahead: LookAhead,
     system: FuzzySystem,
+    cruise_mps: f64,
     waypoints: Option<Waypoints>,
     index: usize,
+    in_flight: InFlight,
     /// The command sent at the tick before; none when something else drove.
     last: Option<Twist2>,
 }
@@ -134,21 +142,25 @@ impl Tracker {
             }
             Err(TrackError::TrackValueOutOfRange { key: key.to_owned(), value, must_be: must_be.to_owned() })
         };
-        let &TrackerConfig { latency_s, arrival_m, braking_share, joining_mps, .. } = controller;
+        let &TrackerConfig { latency_s, arrival_m, braking_share, joining_mps, hold_share, .. } = controller;
         check("latency_s", latency_s, latency_s >= 0.0, "of at least 0")?;
         check("arrival_m", arrival_m, arrival_m > 0.0, "above 0")?;
         check("braking_share", braking_share, braking_share > 0.0 && braking_share <= 1.0, "in (0, 1]")?;
         check("joining_mps", joining_mps, joining_mps > 0.0, "above 0")?;
+        check("hold_share", hold_share, (0.0..=1.0).contains(&hold_share), "in [0, 1]")?;
         Ok(Self {
             limits: *limits,
             latency_s,
             arrival_m,
             braking_mps2: limits.linear_mps2 * braking_share,
             joining_mps,
+            hold_share,
             look_ahead: LookAhead::new(&controller.look_ahead)?,
             system: system_with("tracker", &controller.tracker, &INPUTS, &OUTPUTS)?,
+            cruise_mps: f64::INFINITY,
             waypoints: None,
             index: 0,
+            in_flight: InFlight::default(),
             last: None,
         })
     }
@@ -169,6 +181,30 @@ impl Tracker {
         Ok(self)
     }
 
+    /// The same tracker, never faster than `cruise_mps`.
+    ///
+    /// # Errors
+    /// [`TrackError::TrackValueOutOfRange`] when it is not a finite number above 0.
+    pub fn with_cruise(mut self, cruise_mps: f64) -> Result<Self, TrackError> {
+        if !(cruise_mps.is_finite() && cruise_mps > 0.0) {
+            return Err(TrackError::TrackValueOutOfRange {
+                key: "cruise_mps".to_owned(),
+                value: cruise_mps,
+                must_be: "above 0".to_owned(),
+            });
+        }
+        self.cruise_mps = cruise_mps;
+        Ok(self)
+    }
+
+    /// Something else changed the last command before the robot got it.
+    pub fn overridden(&mut self, sent: Twist2) {
+        if self.last.is_some() {
+            self.last = Some(sent);
+            self.in_flight.replace_last(sent);
+        }
+    }
+
     /// Takes up `waypoints` from the first one on, now or while driving.
     pub fn follow(&mut self, waypoints: Waypoints) {
         self.waypoints = Some(waypoints);
@@ -180,6 +216,7 @@ impl Tracker {
         self.waypoints = None;
         self.index = 0;
         self.last = None;
+        self.in_flight.forget();
     }
 
     /// The path being followed.
@@ -195,6 +232,7 @@ impl Tracker {
     /// Makes waypoint `index` current, as after an avoidance; beyond the end, the goal.
     pub fn set_index(&mut self, index: usize) {
         self.last = None;
+        self.in_flight.forget();
         self.index = self.waypoints.as_ref().map_or(0, |waypoints| index.min(waypoints.last_index()));
     }
 
@@ -222,6 +260,7 @@ impl Tracker {
     pub fn step(&mut self, world_from_robot: Pose2, current: Twist2, dt_s: f64) -> TrackingRecord {
         self.try_step(world_from_robot, current, dt_s).unwrap_or_else(|_| {
             self.last = Some(Twist2::ZERO);
+            self.in_flight.send(Twist2::ZERO);
             let mut record = TrackingRecord::blank(self.index, world_from_robot, current);
             record.caps.push(Cap::MeasurementNotFinite);
             record
@@ -240,18 +279,22 @@ impl Tracker {
         dt_s: f64,
     ) -> Result<TrackingRecord, TrackError> {
         check_measured(world_from_robot, current, dt_s)?;
-        self.advance_pointer(world_from_robot.position());
 
         // The command sent last, as far as the robot can still be on its way to it: what is measured
         // lags behind by the latency and a tick or two.
         let lag_s = self.latency_s + 2.0 * dt_s;
         let base = self.last.map_or(current, |last| self.limits.reachable(current, last, lag_s));
-        let meanwhile = Twist2::new(
-            (current.linear_mps + base.linear_mps) / 2.0,
-            (current.angular_radps + base.angular_radps) / 2.0,
+        self.in_flight.pass(dt_s, self.latency_s);
+        // A command holds for a tick: it is aimed at the middle of that.
+        let (ahead, _) = self.in_flight.predicted(
+            &self.limits,
+            self.latency_s,
+            self.hold_share * dt_s,
+            world_from_robot,
+            current,
         );
-        let ahead = world_from_robot.moved(meanwhile, self.latency_s);
 
+        self.advance_pointer(ahead.position());
         let mut record = TrackingRecord::blank(self.index, ahead, current);
         let mut wanted = Twist2::ZERO;
         if let Some(waypoints) = &self.waypoints {
@@ -278,11 +321,16 @@ impl Tracker {
                 wanted.linear_mps = joining;
                 record.caps.push(Cap::JoiningPath);
             }
+            if wanted.linear_mps > self.cruise_mps {
+                wanted.linear_mps = self.cruise_mps;
+                record.caps.push(Cap::CruiseSpeed);
+            }
         } else {
             record.caps.push(Cap::NoPath);
         }
         record.twist = self.within_limits(&mut record.caps, base, wanted, dt_s);
         self.last = Some(record.twist);
+        self.in_flight.send(record.twist);
         Ok(record)
     }
 

@@ -5,6 +5,9 @@ use crate::geometry::Point2;
 
 /// Points nearer to each other than this are one \[m\].
 const SAME_POINT_M: f64 = 1e-6;
+/// A bend whose vertex lies this far off the chord over it, as a share of half the chord, is a corner:
+/// a turn of about 29°.
+const CORNER_SHARE: f64 = 0.25;
 
 /// The ordered nodes N_1 … N_final that the tracker drives along `[Maalouf06 §4]`, world frame \[m\].
 ///
@@ -33,7 +36,8 @@ impl Default for WaypointConfig {
 }
 
 impl Waypoints {
-    /// `path` resampled at equal steps of at most `spacing_m` along it, stairs and all.
+    /// `path` resampled at equal steps of at most `spacing_m` along it, stairs and all; where it
+    /// bends sharply, the bend itself is a waypoint.
     ///
     /// A step between two waypoints for which `is_clear(from, to)` does not hold follows the path's
     /// own vertices instead.
@@ -66,7 +70,7 @@ impl Waypoints {
         let given = Self::as_given(path)?;
         let goal = given.points[given.last_index()];
         let vertices = straightened(&given.points, corridor_m, &is_clear);
-        let mut points = equally_spaced(&vertices, spacing_m, &is_clear);
+        let mut points = spaced(&vertices, spacing_m, &is_clear);
         *points.last_mut().expect("at least the start") = goal;
         Ok(Self { points })
     }
@@ -174,20 +178,67 @@ fn straightened(
     kept
 }
 
-fn equally_spaced(
+/// Waypoints along `vertices`: those at which the path bends, and equal steps from each to the next.
+fn spaced(vertices: &[Point2], spacing_m: f64, is_clear: &impl Fn(Point2, Point2) -> bool) -> Vec<Point2> {
+    let mut points = vec![vertices[0]];
+    let mut from = 0;
+    for to in corners(vertices, spacing_m).into_iter().chain([vertices.len() - 1]) {
+        append_steps(&mut points, &vertices[from..=to], spacing_m, is_clear);
+        from = to;
+    }
+    points
+}
+
+/// Indices of the vertices at which the path bends as seen from a step away, not only in detail (the
+/// stairs of a grid) and not only as a whole (a wide arc); of neighbours, the sharpest.
+fn corners(vertices: &[Point2], spacing_m: f64) -> Vec<usize> {
+    let mut along_m = vec![0.0];
+    for pair in vertices.windows(2) {
+        along_m.push(along_m[along_m.len() - 1] + pair[0].distance(pair[1]));
+    }
+    let last = vertices.len() - 1;
+    let at = |s_m: f64| {
+        let s_m = s_m.clamp(0.0, along_m[last]);
+        let i = along_m.partition_point(|&before| before <= s_m).clamp(1, last.max(1));
+        let side_m = along_m[i] - along_m[i - 1];
+        vertices[i - 1] + (vertices[i] - vertices[i - 1]) * ((s_m - along_m[i - 1]) / side_m).min(1.0)
+    };
+    // How far the vertex lies from the chord over it, as a share of the chord's half length.
+    let bend = |i: usize, reach_m: f64| {
+        vertices[i].distance_to_segment(at(along_m[i] - reach_m), at(along_m[i] + reach_m)) / reach_m
+    };
+    let mut found: Vec<(usize, f64)> = Vec::new();
+    for i in 1..last {
+        let sharpness = bend(i, spacing_m).min(bend(i, spacing_m / 3.0));
+        if sharpness < CORNER_SHARE {
+            continue;
+        }
+        match found.last_mut() {
+            Some(before) if along_m[i] - along_m[before.0] < spacing_m / 2.0 => {
+                if sharpness > before.1 {
+                    *before = (i, sharpness);
+                }
+            }
+            _ => found.push((i, sharpness)),
+        }
+    }
+    found.into_iter().map(|(i, _)| i).collect()
+}
+
+fn append_steps(
+    points: &mut Vec<Point2>,
     vertices: &[Point2],
     spacing_m: f64,
     is_clear: &impl Fn(Point2, Point2) -> bool,
-) -> Vec<Point2> {
+) {
     let length: f64 = vertices.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
     // A billionth of a step forgives the rounding of a length that is a whole number of steps.
     let steps = (length / spacing_m - 1e-9).ceil().max(1.0);
-    let mut points = vec![vertices[0]];
     let mut since_last: Vec<Point2> = Vec::new();
     let mut next_m = length / steps;
     let mut done_m = 0.0;
     let mut step = 1.0;
-    let keep = |points: &mut Vec<Point2>, since_last: &mut Vec<Point2>, point: Point2| {
+    let mut keep = |since_last: &mut Vec<Point2>, point: Point2| {
         let from = *points.last().expect("starts with one");
         if !since_last.is_empty() && !is_clear(from, point) {
             points.append(since_last);
@@ -201,17 +252,16 @@ fn equally_spaced(
         let side_m = pair[0].distance(pair[1]);
         while step < steps && next_m <= done_m + side_m {
             let point = pair[0] + (pair[1] - pair[0]) * ((next_m - done_m) / side_m);
-            keep(&mut points, &mut since_last, point);
+            keep(&mut since_last, point);
             step += 1.0;
             next_m = length * (step / steps);
         }
         done_m += side_m;
         since_last.push(pair[1]);
     }
-    if let Some(goal) = since_last.pop() {
-        keep(&mut points, &mut since_last, goal);
+    if let Some(end) = since_last.pop() {
+        keep(&mut since_last, end);
     }
-    points
 }
 
 #[cfg(test)]
@@ -268,6 +318,23 @@ mod tests {
         let from = |index, x| waypoints.pointer_from(index, Point2::new(x, 3.0));
         assert_eq!([from(0, 0.4), from(0, 0.5), from(0, 0.6), from(0, 4.7), from(6, 1.0)], [0, 0, 1, 5, 6]);
         assert_eq!(from(0, 99.0), 9);
+    }
+
+    #[test]
+    fn a_corner_is_a_waypoint_and_a_wide_bend_is_not() {
+        let square = [(0.0, 0.0), (1.1, 0.0), (1.1, 0.7), (2.0, 1.0)].map(|(x, y)| Point2::new(x, y));
+        let waypoints = Waypoints::resample(&square, 0.3, |_, _| true).expect("valid");
+        assert!(square.iter().all(|corner| waypoints.points().contains(corner)), "{waypoints:?}");
+        let steps: Vec<f64> = waypoints.points().windows(2).map(|p| p[0].distance(p[1])).collect();
+        assert!(steps.iter().all(|&step| step > 0.2 && step <= 0.3 + 1e-9), "{steps:?}");
+
+        let arc: Vec<Point2> = (0..=300)
+            .map(|i| f64::from(i) * 0.01)
+            .map(|a| Point2::new(f64::sin(a), 1.0 - f64::cos(a)))
+            .collect();
+        for spacing_m in [0.1, 0.3, 0.6, 1.0] {
+            assert_eq!(corners(&arc, spacing_m), Vec::<usize>::new(), "{spacing_m}");
+        }
     }
 
     #[test]

@@ -1,0 +1,178 @@
+"""Tunes the numbers of a `Design` by CMA-ES [Hansen16], offline and by seed.
+
+Every candidate drives a set of rehearsals (`cairn.Tracker.rehearse`) on paths drawn by seed, none of
+them one that `cairn track` judges by: winding ones, zigzags, lines beside or behind the robot; at
+three speeds and three spacings, some on a slippery floor or with a latency other than expected. Each is
+compared with the best of pure pursuit and regulated pure pursuit on the same path.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+import cairn
+from cairn.experiments import track_paths as paths
+from cairn.experiments.track_design import Design, controller_text
+from cairn.experiments.track_drive import Drive, measures
+from cairn.experiments.track_paths import Reference
+
+# What counts, beside the error: worth of a share of time beyond the allowance, and so on.
+ALLOWED_TIME = 1.10
+LEAST_RMS_M = 0.002
+OVERSHOOT_M = 0.02
+
+
+@dataclass(frozen=True)
+class Case:
+    """A path to rehearse, and how.
+
+    `base` is what the best baseline does there; without one only the error counts.
+    """
+
+    reference: Reference
+    spacing_m: float = 0.3
+    cruise_mps: float = 0.5
+    turn_share: float = 1.0
+    latency_s: float = 0.1
+    corner_m: float | None = None
+    base: dict[str, float] | None = None
+
+
+def training_cases(seed: int) -> list[Case]:
+    """What is rehearsed, drawn by seed."""
+    first = 100 * seed
+    wind, zig, beside, behind = paths.winding, paths.zigzag, paths.displaced, paths.turned
+    return [
+        Case(wind(first + 1)),
+        Case(wind(first + 2, sharpest_per_m=0.8), cruise_mps=0.7),
+        Case(wind(first + 3, sharpest_per_m=1.6), cruise_mps=0.3),
+        Case(wind(first + 4), spacing_m=0.15),
+        Case(wind(first + 5, sharpest_per_m=0.9), spacing_m=0.5),
+        Case(wind(first + 6), turn_share=0.85),
+        Case(wind(first + 7), latency_s=0.2),
+        Case(zig(first + 1), corner_m=0.04),
+        Case(zig(first + 2, turn_deg=(80, 100)), corner_m=0.04),
+        Case(zig(first + 3, turn_deg=(80, 100), leg_m=(0.8, 1.6)), corner_m=0.04),
+        Case(zig(first + 4), cruise_mps=0.7),
+        Case(zig(first + 5), cruise_mps=0.3, corner_m=0.04),
+        Case(zig(first + 6, turn_deg=(20, 60), leg_m=(0.7, 2.0)), corner_m=0.04),
+        Case(zig(first + 7), turn_share=1.15, corner_m=0.05),
+        Case(beside(first + 1)),
+        Case(beside(first + 2), cruise_mps=0.7),
+        Case(beside(first + 3)),
+        Case(beside(first + 4), turn_share=0.85),
+        Case(beside(first + 5), spacing_m=0.15),
+        Case(behind(first + 1)),
+        Case(behind(first + 2)),
+        Case(behind(first + 3), latency_s=0.2),
+    ]
+
+
+def cost_of(case: Case, told: dict[str, Any]) -> float:
+    """What a rehearsal costs: 1 is about as good as the best baseline."""
+    if not told["reached"]:
+        return 20.0
+    base = case.base or {"time_s": math.inf, "effort_v_mps": math.inf, "effort_w_radps": math.inf}
+    joins = told["overshoot_m"] is not None
+    key = "after_turn_rms_m" if case.reference.joins and not joins else "rms_m"
+    cost = (told[key] or 0.0) / max(base.get(key, 0.01), LEAST_RMS_M)
+    if not case.reference.joins and case.corner_m is None:
+        cost += (told["rms_late_m"] or 0.0) / max(base.get("rms_late_m", 0.005), LEAST_RMS_M)
+    slow = told["time_s"] / base["time_s"] - ALLOWED_TIME
+    cost += 8.0 * max(0.0, slow) + 0.5 * max(0.0, slow + 0.1)
+    for effort in ("effort_v_mps", "effort_w_radps"):
+        cost += 0.12 * min(told[effort] / base[effort], 5.0)
+    cost += 20.0 * max(0.0, told["arrival_error_m"] - 0.03)
+    if case.corner_m is not None:
+        cost += 15.0 * max(0.0, told["max_m"] / case.corner_m - 1)
+    if joins:
+        cost += 2.0 * max(0.0, told["overshoot_m"] / OVERSHOOT_M - 1)
+        cost += 0.05 * (told["settled_s"] if told["settled_s"] is not None else told["time_s"])
+    return cost
+
+
+def rehearsed(text: str, case: Case, profile: cairn.Profile) -> dict[str, Any]:
+    """The measures of one rehearsal of a controller."""
+    tracker = cairn.Tracker(text, profile, cruise_mps=case.cruise_mps)
+    tracker.follow(case.reference.path, spacing_m=case.spacing_m)
+    done = tracker.rehearse(
+        case.reference.start,
+        latency_s=case.latency_s,
+        turn_share=case.turn_share,
+        most_s=20 + 8 * case.reference.length_m / min(case.cruise_mps, 0.5) / 2,
+    )
+    return measures(Drive(case.reference, done.times_s, done.poses, done.twists, done.commands))
+
+
+def with_baseline(case: Case, profile: cairn.Profile) -> Case:
+    """The case with what the best of the baselines does on its path, undisturbed."""
+    from dataclasses import replace
+
+    from cairn.experiments.track import best_baseline
+
+    best = best_baseline(case.reference, case.cruise_mps, "kinematic", profile)
+    keys = ("rms_m", "rms_late_m", "after_turn_rms_m", "time_s", "effort_v_mps", "effort_w_radps")
+    return replace(case, base={key: best["measures"][key] or 0.0 for key in keys})
+
+
+def total_cost(text: str, cases: list[Case], profile: cairn.Profile) -> float:
+    """Mean over the cases, with weight on the worst ones."""
+    costs = np.array([cost_of(case, rehearsed(text, case, profile)) for case in cases])
+    return float(costs.mean() + 0.25 * np.sort(costs)[-4:].mean())
+
+
+def tune(
+    *,
+    seed: int = 1,
+    evaluations: int = 3000,
+    start: Design | None = None,
+    spread: float = 0.15,
+    profile: cairn.Profile | None = None,
+    advance: Callable[[int, float], None] = lambda count, cost: None,
+) -> tuple[Design, dict[str, Any]]:
+    """Search for the design of least cost; the same seed finds the same one.
+
+    Args:
+        seed: of the paths and of the search.
+        evaluations: candidates tried.
+        start: where to begin.
+        spread: of the first candidates, as a share of each number's range.
+        profile: the robot; the P3-AT.
+        advance: called with how many were tried and the least cost so far.
+
+    Returns:
+        The best design, and a record of the search.
+    """
+    import cma
+
+    profile = profile or cairn.Profile.load("p3at")
+    cases = [with_baseline(case, profile) for case in training_cases(seed)]
+    begin = start or Design()
+    best, least = begin, total_cost(controller_text(begin), cases, profile)
+    history = [(0, least)]
+    options = {
+        "seed": seed, "bounds": [0, 1], "verbose": -9, "maxfevals": evaluations, "CMA_diagonal": 30,
+    }  # fmt: skip
+    search = cma.CMAEvolutionStrategy(begin.to_unit(), spread, options)
+    count = 0
+    while count < evaluations and not search.stop():
+        points = search.ask()
+        costs = []
+        for point in points:
+            design = Design.from_unit(point).rounded()
+            cost = total_cost(controller_text(design), cases, profile)
+            costs.append(cost)
+            if cost < least:
+                best, least = design, cost
+        search.tell(points, costs)
+        count += len(points)
+        history.append((count, least))
+        advance(count, least)
+    told = [{"path": c.reference.name, **rehearsed(controller_text(best), c, profile)} for c in cases]
+    record = {"seed": seed, "evaluations": count, "cost": least, "history": history, "cases": told}
+    return best, record
