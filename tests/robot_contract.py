@@ -236,6 +236,18 @@ class RobotContract:
             with pytest.raises(cairn.errors.StepOutOfRange):
                 robot.hold(half_width_m)
 
+    def test_on_a_floor_where_it_slips_more_the_robot_turns_less(self):
+        turned = []
+        for track_scale in (0.9, 1.0, 1.3):
+            robot = self.make(NOWHERE, noise=EXACT)
+            robot.change_floor(track_scale)
+            drive(robot, (0.0, 0.5), 3.0)
+            turned.append(robot.truth.heading)
+        assert turned[0] > 1.05 * turned[1] > 1.25 * turned[2]
+        for track_scale in (0.0, -1.0, math.nan, math.inf):
+            with pytest.raises(cairn.errors.FloorOutOfRange):
+                robot.change_floor(track_scale)
+
     def test_a_start_inside_something_is_refused_by_its_name(self):
         with pytest.raises(cairn.errors.StandsInObstacle) as caught:
             self.make(Scene(boxes=(Box(0.3, 0.0, 0.2, 0.2, name="chair"),)))

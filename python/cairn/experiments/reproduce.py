@@ -99,4 +99,67 @@ def _parallel_tables(record: dict[str, Any]) -> list[TableOf]:
     ]  # fmt: skip
 
 
-ALL: dict[str, Callable[[], Reproduction]] = {"parallel": _parallel}
+def _surfaces() -> Reproduction:
+    from cairn.experiments import track_surface
+
+    def draw(record: dict[str, Any], folder: Path) -> list[Path]:
+        from cairn.view.tracks import draw_surfaces
+
+        return [draw_surfaces(record, folder / "fig9.png")]
+
+    def measure(seed: int, advance: Callable[[str], None]) -> dict[str, Any]:
+        advance("surfaces")
+        return track_surface.measure()
+
+    def tables(record: dict[str, Any]) -> list[TableOf]:
+        rows = [
+            (name, *(f"{told[key]:.2f}" for key in told))
+            for name, told in record["summary"].items()
+        ]
+        columns = ("surface at C = 0", "least", "greatest", "steepest per m", "per rad")
+        return [TableOf("the tracker's surfaces", columns, rows)]
+
+    title = "surfaces of the path tracker over dR and dθ [Maalouf06 Fig. 9]"
+    return Reproduction(title, lambda: 1, measure, draw, tables)
+
+
+def _tracked(figure: int, name: str) -> Reproduction:
+    from cairn.experiments import track
+    from cairn.experiments.track_paths import PATHS
+
+    def measure(seed: int, advance: Callable[[str], None]) -> dict[str, Any]:
+        return track.compare(PATHS[name](), track.Setting(seed=seed), advance)
+
+    def draw(record: dict[str, Any], folder: Path) -> list[Path]:
+        from cairn.view.tracks import draw_comparison
+
+        return [draw_comparison(record, folder / f"fig{figure}.png")]
+
+    def tables(record: dict[str, Any]) -> list[TableOf]:
+        told = record["summary"]
+        best = told["best_baseline"]
+        rows = [
+            (who, *("–" if v is None else f"{100 * v:.2f} cm" for v in values), f"{time:.1f} s")
+            for who, values, time in (
+                ("fuzzy tracker", [told["ours"][k] for k in _ERRORS], told["ours"]["time_s"]),
+                (f"{best['kind']}, {best['lookahead_m']} m", [best[k] for k in _ERRORS],
+                 best["time_s"]),
+            )
+        ]  # fmt: skip
+        columns = ("tracker", "RMS", "most", "overshoot", "RMS after the turn", "time")
+        return [TableOf(f"{name} at {told['cruise_mps']} m/s", columns, rows)]
+
+    title = f"the {name} driven by the fuzzy tracker and by pure pursuit [Maalouf06 Fig. {figure}]"
+    steps = 1 + len(track.BASELINES) * len(track.LOOKAHEADS_M)
+    return Reproduction(title, lambda: steps, measure, draw, tables)
+
+
+_ERRORS = ("rms_m", "max_m", "overshoot_m", "after_turn_rms_m")
+
+ALL: dict[str, Callable[[], Reproduction]] = {
+    "fig9": _surfaces,
+    "fig14": lambda: _tracked(14, "sine"),
+    "fig15": lambda: _tracked(15, "step"),
+    "fig16": lambda: _tracked(16, "ramp"),
+    "parallel": _parallel,
+}

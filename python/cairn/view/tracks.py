@@ -96,6 +96,30 @@ def draw_swap(record: dict[str, Any], path: Path) -> Path:
     return _saved(figure, path)
 
 
+def draw_surfaces(record: dict[str, Any], path: Path) -> Path:
+    """Draw the record of `cairn.experiments.track_surface.measure` as PNG, after Fig. 9."""
+    figure = Figure(figsize=(11.5, 8.6), dpi=DPI, layout="constrained")
+    FigureCanvasAgg(figure)
+    bearings, distances = np.meshgrid(record["bearings_rad"], record["distances_m"])
+    place = 0
+    for name, said in (("standing", "Vc = 0"), ("cruising", "Vc = 0.5 m/s")):
+        for output, unit in (("V", "m/s"), ("omega", "rad/s")):
+            place += 1
+            axis: Any = figure.add_subplot(2, 2, place, projection="3d")
+            values = np.asarray(record["surfaces"][name][output])
+            axis.plot_surface(
+                distances, bearings, values, cmap="viridis", rcount=61, ccount=61,
+                linewidth=0.15, edgecolor=(1, 1, 1, 0.25),
+            )  # fmt: skip
+            axis.view_init(elev=32, azim=-128)
+            axis.set_xlabel("dR [m]", fontsize=8, color=INK)
+            axis.set_ylabel("dθ [rad]", fontsize=8, color=INK)
+            axis.tick_params(labelsize=7, colors=INK)
+            symbol = "ω" if output == "omega" else output
+            axis.set_title(f"{symbol} [{unit}] at C = 0, {said}", fontsize=10, color=INK)
+    return _saved(figure, path)
+
+
 def _figure(
     mosaic: list[list[str]],
     size: tuple[float, float],
