@@ -123,14 +123,17 @@ def test_square_corners_stay_in_a_corridor_of_fifteen_centimetres():
 
 
 def test_close_waypoints_are_driven_slowly_and_precisely_far_ones_fast():
-    speeds, errors_m = [], []
-    for spacing_m in (0.1, 0.2, 0.4, 0.8):
+    seconds, errors_m = [], []
+    for spacing_m in (0.05, 0.1, 0.2, 0.4, 0.8):
+        drive = Drive()
+        drive.tracker.follow([(0, 0), (6, 0)], spacing_m=spacing_m)
+        seconds.append(len(drive.run().records))
         drive = Drive()
         drive.tracker.follow(SINE[:300], spacing_m=spacing_m)
         drive.run()
-        speeds.append(max(record["Vc"] for record in drive.records))
         errors_m.append(rms(cross_track(drive.xy, SINE[:300])))
-    assert speeds == sorted(speeds)
+    assert seconds == sorted(seconds, reverse=True)
+    assert seconds[0] > 1.3 * seconds[-1]
     assert errors_m == sorted(errors_m)
 
 
@@ -235,9 +238,9 @@ def test_the_controllers_surfaces_are_those_of_a_driver():
             assert (np.diff(left["V"]) <= 1e-9).all()  # and slower
             assert np.abs(np.diff(left["V"])).max() < 0.02  # smooth
     straight = [control.evaluate(C=0, Vc=0.4, dR=d, dtheta=0)["V"] for d in (0.1, 0.3, 0.6, 1.2)]
-    assert straight == sorted(straight)
+    assert (np.diff(straight) >= -1e-9).all()
     bends = [control.evaluate(C=c, Vc=0.4, dR=0.4, dtheta=0)["V"] for c in (0, 1, 2, 3, 4, 5)]
-    assert bends == sorted(bends, reverse=True)
+    assert (np.diff(bends) <= 1e-9).all()
 
 
 def test_stairs_of_a_grid_path_are_drawn_straight_in_a_corridor_where_it_is_clear():
@@ -296,7 +299,7 @@ def test_bad_paths_poses_and_controllers_are_refused_by_name():
     text = cairn.tracking.controller_text("p3at")
     for before, after, error in [
         ("[tracker.inputs.dtheta]", "[tracker.inputs.bearing]", errors.ControllerInvalid),
-        ("Full = 0.70", "Full = nan", errors.ControllerInvalid),
+        ("NoCurvature = 0.0", "NoCurvature = nan", errors.ControllerInvalid),
         ("arrival_m = 0.03", "arrival_m = 0.0", errors.TrackValueOutOfRange),
         ("arrival_m =", "arival_m =", errors.ControllerUnreadable),
     ]:

@@ -1,5 +1,6 @@
 """`cairn track`: the shipped controller beside pure pursuit, on the kinematic P3-AT."""
 
+import itertools
 import json
 import math
 
@@ -43,7 +44,7 @@ def compared():
     }
 
 
-# ---- the aims, at 0.5 m/s with a perfect pose, a loop and a latency of 100 ms ----------------------
+# ---- the aims, at 0.5 m/s with a perfect pose, a loop and a latency of 100 ms -------------------
 
 
 def test_fig_14_the_sine_is_followed_within_a_centimetre_rms(compared):
@@ -77,14 +78,14 @@ def test_nothing_is_driven_backwards_and_only_the_ramp_needs_a_turn_on_the_spot(
         assert (told["ours"]["spinning_s"] > 0.2) == (name == "ramp"), name
 
 
-# ---- what the paper claims ------------------------------------------------------------------------
+# ---- what the paper claims ----------------------------------------------------------------------
 
 
 def test_waypoints_close_together_are_precise_and_slow_far_apart_fast():
     told = track.sweep(track_paths.zigzag(901), track.Setting())["summary"]
     for by_spacing in told["by_speed"].values():
         times, rms = by_spacing["time_s"], by_spacing["rms_m"]
-        assert all(later <= sooner + 0.05 for sooner, later in zip(times, times[1:], strict=False))
+        assert all(later <= sooner + 0.05 for sooner, later in itertools.pairwise(times))
         assert times[-1] < 0.9 * times[0]
         assert rms[-1] > 1.5 * min(rms[:3])
 
@@ -128,7 +129,7 @@ def test_a_drive_follows_from_its_seed():
 def test_a_rehearsal_is_what_the_kinematic_robot_then_does():
     reference = track_paths.zigzag(7)
     tracker = cairn.Tracker("p3at", PROFILE, cruise_mps=0.5)
-    tracker.follow(reference.path)
+    tracker.follow(reference.path, spacing_m=0.2)
     rehearsed = tracker.rehearse(reference.start)
     run = track.drive_ours(reference)
     n = min(len(run.poses), len(rehearsed.poses))
@@ -161,7 +162,7 @@ def test_a_command_that_something_changed_on_its_way_is_predicted_as_it_was_sent
     assert ahead[1]["heading"] > 0.01
 
 
-# ---- the baselines and the measures ---------------------------------------------------------------
+# ---- the baselines and the measures -------------------------------------------------------------
 
 
 @pytest.mark.parametrize("radius_m", [0.8, 1.5, 4.0])
@@ -175,9 +176,7 @@ def test_pure_pursuit_on_a_circle_steers_its_curvature(radius_m, lookahead_m):
 
 def test_regulated_pure_pursuit_slows_with_the_radius_down_to_its_least_speed():
     for radius_m, speed in ((2.0, 0.5), (0.72, 0.5 * 0.72 / 0.9), (0.35, 0.25)):
-        follower = PurePursuit(
-            circle(radius_m), 0.3, 0.5, PROFILE.limits, regulation=Regulation()
-        )
+        follower = PurePursuit(circle(radius_m), 0.3, 0.5, PROFILE.limits, regulation=Regulation())
         twist = follower.step((0.0, 0.0, 0.0), Twist(0.5, 0.0), 0.1)
         assert twist.linear_mps == pytest.approx(speed, rel=1e-3)
 
@@ -198,7 +197,7 @@ points = st.lists(
 def test_with_a_long_reach_deviation_is_the_least_distance_to_the_polyline(path, place):
     path, place = np.array(path), np.array(place)
     ts = np.linspace(0, 1, 400)[:, None]
-    dense = np.vstack([a + ts * (b - a) for a, b in zip(path, path[1:], strict=False)])
+    dense = np.vstack([a + ts * (b - a) for a, b in itertools.pairwise(path)])
     left_m, along_m = deviations(path, [place], reach_m=1000.0)
     assert abs(left_m[0]) <= np.hypot(*(dense - place).T).min() + 1e-9
     assert abs(left_m[0]) == pytest.approx(np.hypot(*(dense - place).T).min(), abs=0.02)
@@ -234,7 +233,7 @@ def test_every_metre_counts_the_same_however_slowly_it_was_driven():
     assert told["rms_in_time_m"] < 0.008
 
 
-# ---- the design and its tuning --------------------------------------------------------------------
+# ---- the design and its tuning ------------------------------------------------------------------
 
 
 @settings(max_examples=12, deadline=None)
@@ -275,15 +274,19 @@ def test_training_paths_are_none_of_the_paths_judged_by():
 
 def test_tuning_twice_with_one_seed_finds_the_same_and_nothing_worse():
     pytest.importorskip("cma")
-    drawn = [track_tuning.Case(track_paths.turned(5, length_m=2.0))]
-    found = [track_tuning.tune(seed=3, evaluations=20, drawn=drawn) for _ in range(2)]
+    base = {"rms_m": 0.01, "time_s": 10.0, "effort_v_mps": 1.0, "effort_w_radps": 4.0}
+    drawn = [track_tuning.Case(track_paths.turned(5, length_m=3.0), base=base)]
+    found = [
+        track_tuning.tune(seed=3, evaluations=20, drawn=drawn, workers=workers)
+        for workers in (1, 2)
+    ]
     assert found[0][0] == found[1][0]
     history = found[0][1]["history"]
     assert history[-1][1] <= history[0][1]
     assert [cost for _, cost in history] == sorted((cost for _, cost in history), reverse=True)
 
 
-# ---- the command ----------------------------------------------------------------------------------
+# ---- the command --------------------------------------------------------------------------------
 
 
 def told_by(*arguments):

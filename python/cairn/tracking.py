@@ -144,8 +144,10 @@ class TrackingRecord(dict[str, Any]):
 
 
 class Rehearsal(NamedTuple):
-    """A drive worked out in advance, tick by tick: times (n,) [s]; poses (n, 3) [m, m, rad]; how the
-    robot moves and what it is told, (n, 2) [m/s, rad/s] each.
+    """A drive worked out in advance, tick by tick.
+
+    Times (n,) [s]; poses (n, 3) [m, m, rad]; how the robot moves and what it is told, (n, 2)
+    [m/s, rad/s] each.
     """
 
     times_s: NDArray[np.float64]

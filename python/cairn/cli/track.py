@@ -1,4 +1,4 @@
-"""`cairn track` and `cairn tune`: how well paths are followed, and the search for a better driver."""
+"""`cairn track` and `cairn tune`: how well paths are followed, and a search for better."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def track_command(
     ],
     robot: Annotated[str, typer.Option(help="kinematic or mujoco.")] = "kinematic",
     speed: Annotated[float, typer.Option(min=0.05, help="Greatest speed [m/s].")] = 0.5,
-    spacing: Annotated[float, typer.Option(min=0.02, help="Between waypoints [m].")] = 0.3,
+    spacing: Annotated[float, typer.Option(min=0.02, help="Between waypoints [m].")] = 0.2,
     under: Annotated[
         str, typer.Option(help="none, slip, carpet, latency, late or noise.")
     ] = "none",
@@ -46,8 +46,8 @@ def track_command(
 ) -> None:
     """Follow a path with the fuzzy tracker, beside pure pursuit and regulated pure pursuit.
 
-    Both baselines drive the same path with look-aheads from 0.3 to 1.0 m; the best one counts. Code 3
-    if the tracker does not reach the goal.
+    Both baselines drive the same path with look-aheads from 0.3 to 1.0 m; the best one counts.
+    Code 3 if the tracker does not reach the goal.
     """
     from cairn.experiments import track
     from cairn.experiments.track_paths import PATHS as KNOWN
@@ -99,6 +99,7 @@ def tune_command(
     out: Annotated[Path, typer.Argument(help="The controller file to write.")],
     evaluations: Annotated[int, typer.Option(min=1, help="Candidates to try.")] = 3000,
     seed: Annotated[int, typer.Option(min=1, help="Of the training paths and the search.")] = 1,
+    workers: Annotated[int, typer.Option(min=1, help="Processes to rehearse in.")] = 1,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record, nothing else.")
     ] = False,
@@ -110,10 +111,12 @@ def tune_command(
     with _bar(as_json or not console.is_terminal) as bar:
         task = bar.add_task("tuning", total=evaluations)
 
-        def advance(count: int, cost: float) -> None:
+        def advance(count: int, cost: float, _best: object) -> None:
             bar.update(task, completed=count, description=f"least cost {cost:.3f}")
 
-        best, record = track_tuning.tune(seed=seed, evaluations=evaluations, advance=advance)
+        best, record = track_tuning.tune(
+            seed=seed, evaluations=evaluations, workers=workers, advance=advance
+        )
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(controller_text(best), encoding="utf-8")
     summary = {key: record[key] for key in ("seed", "evaluations", "cost")}

@@ -100,6 +100,10 @@ class SimulationNotInstalled(CairnError):
     """The physics engine is an extra that is not installed."""
 
 
+class TunerNotInstalled(CairnError):
+    """The optimiser that tunes controllers is an extra that is not installed."""
+
+
 # ---- fuzzy systems -------------------------------------------------------------------------------
 
 

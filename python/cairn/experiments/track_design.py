@@ -1,9 +1,9 @@
 """A driver's rules with numbers left open: from a design to the controller file, and what to tune.
 
-The rules are those of [Maalouf06 §4]: Table 1 as printed, and a driver's sense in the second module.
-What is open are the places of the sets, the speeds, and how hard to turn. Everything a tuner may try
-keeps the surfaces monotone: farther off course means turning harder and slower, a nearer or sharper
-bend means slower.
+The rules are those of [Maalouf06 §4]: Table 1 as printed, and a driver's sense in the second
+module. What is open are the places of the sets, the speeds, and how hard to turn. Everything a
+tuner may try keeps the surfaces monotone: farther off course means turning harder and slower, a
+nearer or sharper bend means slower.
 """
 
 from __future__ import annotations
@@ -31,59 +31,61 @@ class Design:
     """Every number of the controller; SI units and radians. Steps and shares keep orders."""
 
     # Turns at which the look-ahead module speaks of Straight, High and VeryHigh.
-    alpha_straight: float = _open(0.02, 0.45, 0.25)
-    alpha_high_step: float = _open(0.15, 0.7, 0.50)
-    alpha_very_high_step: float = _open(0.25, 1.0, 0.70)
-    c_moderate: float = _open(0.5, 2.4, 2.0)
-    c_high: float = _open(2.5, 4.5, 3.5)
+    alpha_straight: float = _open(0.02, 0.45, 0.31)
+    alpha_high_step: float = _open(0.15, 0.7, 0.17)
+    alpha_very_high_step: float = _open(0.25, 1.0, 0.919)
+    c_moderate: float = _open(0.5, 2.4, 2.2)
+    c_high: float = _open(2.5, 4.5, 3.624)
     # Distances at which the sets of dR have their peaks.
-    touching_m: float = _open(0.03, 0.09, 0.06)
-    near_step: float = _open(0.04, 0.12, 0.07)
-    short_step: float = _open(0.06, 0.16, 0.10)
-    middle_step: float = _open(0.08, 0.24, 0.15)
-    far_step: float = _open(0.15, 0.45, 0.27)
-    very_far_step: float = _open(0.25, 0.90, 0.50)
+    touching_m: float = _open(0.03, 0.09, 0.067)
+    near_step: float = _open(0.04, 0.12, 0.089)
+    short_step: float = _open(0.06, 0.16, 0.083)
+    middle_step: float = _open(0.08, 0.24, 0.081)
+    far_step: float = _open(0.15, 0.45, 0.239)
+    very_far_step: float = _open(0.25, 0.9, 0.405)
     # Bearings at which the sets of dtheta have theirs.
-    slight_rad: float = _open(0.03, 0.20, 0.10)
-    some_step: float = _open(0.08, 0.35, 0.20)
-    strong_step: float = _open(0.25, 0.8, 0.50)
-    full_step: float = _open(0.4, 1.4, 1.00)
+    slight_rad: float = _open(0.03, 0.2, 0.086)
+    some_step: float = _open(0.08, 0.35, 0.244)
+    strong_step: float = _open(0.25, 0.8, 0.251)
+    full_step: float = _open(0.4, 1.4, 0.51)
     # V straight on, by distance; the last is the robot's own limit.
-    touching_mps: float = _open(0.04, 0.40, 0.20)
-    near_mps: float = _open(0.02, 0.40, 0.25)
-    short_mps: float = _open(0.0, 0.30, 0.12)
-    middle_mps: float = _open(0.0, 0.20, 0.06)
-    far_mps: float = _open(0.0, 0.10, 0.03)
+    touching_mps: float = _open(0.04, 0.4, 0.398)
+    near_mps: float = _open(0.02, 0.4, 0.298)
+    short_mps: float = _open(0.0, 0.3, 0.225)
+    middle_mps: float = _open(0.0, 0.2, 0.138)
+    far_mps: float = _open(0.0, 0.1, 0.078)
     # V towards a sharp bend, by distance.
-    sharp_touching_mps: float = _open(0.02, 0.25, 0.10)
-    sharp_near_mps: float = _open(0.0, 0.20, 0.03)
-    sharp_short_mps: float = _open(0.0, 0.30, 0.08)
-    sharp_middle_mps: float = _open(0.0, 0.30, 0.12)
-    sharp_far_mps: float = _open(0.0, 0.30, 0.15)
-    sharp_very_far_mps: float = _open(0.0, 0.40, 0.20)
+    sharp_touching_mps: float = _open(0.02, 0.25, 0.137)
+    sharp_near_mps: float = _open(0.0, 0.2, 0.012)
+    sharp_short_mps: float = _open(0.0, 0.3, 0.119)
+    sharp_middle_mps: float = _open(0.0, 0.3, 0.277)
+    sharp_far_mps: float = _open(0.0, 0.3, 0.062)
+    sharp_very_far_mps: float = _open(0.0, 0.4, 0.3)
     # How far a slight bend, and one beyond the next node, slow down: 0 not, 1 as a sharp one here.
-    slight_bend_share: float = _open(0.0, 0.8, 0.25)
-    bend_share: float = _open(0.05, 0.9, 0.40)
+    slight_bend_share: float = _open(0.0, 0.8, 0.657)
+    bend_share: float = _open(0.05, 0.9, 0.787)
     # Of that speed, what is left at each bearing; nothing at the last.
-    slight_keeps: float = _open(0.6, 1.0, 0.95)
-    some_keeps: float = _open(0.2, 1.0, 0.65)
-    strong_keeps: float = _open(0.05, 0.8, 0.25)
+    slight_keeps: float = _open(0.6, 1.0, 1.0)
+    some_keeps: float = _open(0.45, 1.0, 0.45)
+    strong_keeps: float = _open(0.1, 0.8, 0.17)
     # Weight of the rules that hold the present speed.
-    holding: float = _open(0.0, 4.0, 1.0)
+    holding: float = _open(0.0, 4.0, 0.03)
     # omega when standing, at each bearing, in rad/s per rad.
-    standing_gain: float = _open(0.4, 3.0, 1.5)
-    standing_most: float = _open(0.9, 2.4, 1.6)
+    standing_gain: float = _open(0.4, 3.0, 2.411)
+    standing_most: float = _open(0.9, 2.4, 1.7)
     # omega at full speed: pure pursuit's 2 V sin(dtheta) / dR times these, by distance.
-    touching_gain: float = _open(0.05, 1.0, 0.40)
-    near_gain: float = _open(0.3, 1.2, 0.80)
-    short_gain: float = _open(0.6, 1.2, 0.95)
-    middle_gain: float = _open(0.7, 1.2, 0.97)
-    far_gain: float = _open(0.7, 1.3, 0.97)
-    very_far_gain: float = _open(0.6, 1.6, 1.00)
-    moving_most: float = _open(1.2, 2.44, 2.2)
-    # Speed of turning into a path at a right angle, and aiming within a tick.
-    joining_mps: float = _open(0.08, 0.45, 0.20)
-    hold_share: float = _open(0.0, 1.0, 0.5)
+    touching_gain: float = _open(0.05, 0.6, 0.077)
+    near_gain: float = _open(0.3, 0.85, 0.85)
+    short_gain: float = _open(0.6, 1.05, 0.793)
+    middle_gain: float = _open(0.7, 1.1, 0.805)
+    far_gain: float = _open(0.7, 1.3, 1.003)
+    very_far_gain: float = _open(0.6, 1.6, 0.925)
+    moving_most: float = _open(1.2, 2.44, 2.288)
+    # Speed of turning into a path at a right angle, and at one that is not seen in time; aiming
+    # within a tick.
+    joining_mps: float = _open(0.08, 0.45, 0.225)
+    corner_mps: float = _open(0.08, 0.4, 0.264)
+    hold_share: float = _open(0.0, 1.0, 0.988)
 
     @classmethod
     def bounds(cls) -> NDArray[np.float64]:
@@ -130,9 +132,7 @@ def tables(design: Design, full_mps: float = 0.7, most_radps: float = 2.44) -> T
     )
     bearings = np.cumsum([d.slight_rad, d.some_step, d.strong_step, d.full_step])
     straight = np.minimum(
-        np.cumsum(
-            [d.touching_mps, d.near_mps, d.short_mps, d.middle_mps, d.far_mps, full_mps]
-        ),
+        np.cumsum([d.touching_mps, d.near_mps, d.short_mps, d.middle_mps, d.far_mps, full_mps]),
         full_mps,
     )
     sharp = np.cumsum(
@@ -151,19 +151,20 @@ def tables(design: Design, full_mps: float = 0.7, most_radps: float = 2.44) -> T
     arcs = 2 * full_mps * np.sin(np.minimum(bearings, math.pi / 2))[None] / distances[:, None]
     moving = np.minimum(arcs * gains[:, None], min(d.moving_most, most_radps))
     turns = np.round(np.stack([np.broadcast_to(standing, moving.shape), moving]), 3)
+    first, second, third = (float(round(a, 3)) for a in alphas)
     return Tables(
-        tuple(float(round(a, 3)) for a in alphas),  # type: ignore[arg-type]
+        (first, second, third),
         [float(round(v, 3)) for v in distances],
         [float(round(v, 3)) for v in bearings],
-        speeds,
-        turns,
+        np.asarray(speeds, np.float64),
+        np.asarray(turns, np.float64),
     )
 
 
 HEADER = """\
 # Fuzzy path tracker for the Pioneer P3-AT, after a driver: straight road, go fast; bend ahead, slow
 # down; large heading error, turn hard and slowly [Maalouf06 §4]. SI units and radians. Zero-order
-# Sugeno systems: an output is the mean of the numbers that the rules name, weighted by their strengths.
+# Sugeno systems: an output is the mean of the numbers that rules name, weighted by their strengths.
 """
 
 
@@ -179,8 +180,10 @@ def _scalars(d: Design) -> list[str]:
         "latency_s = 0.1      # from a command to the motion that follows it",
         "arrival_m = 0.03     # at rest within this distance of the goal: arrived",
         "braking_share = 0.9  # of the robot's deceleration, counted on for stopping at the goal",
-        f"joining_mps = {d.joining_mps:<6.3g} # off its path, the robot turns into it at a right angle "
-        "at this speed",
+        f"joining_mps = {d.joining_mps:<6.3g} # off its path, the robot turns into it at a right "
+        "angle at this speed",
+        f"corner_mps = {d.corner_mps:<7.3g} # at a right angle of the path that the rules "
+        "do not see in time",
         f"hold_share = {d.hold_share:<7.3g} # of a tick: a command holds for one, and is aimed at "
         "this part of it",
         "",
@@ -251,7 +254,7 @@ def _tracker(d: Design, worked: Tables) -> list[str]:
         "range = [0.0, 2.0]",
         *_sets(list(DISTANCES), worked.distances),
         "",
-        "[tracker.inputs.dtheta]                          # bearing of N_i+1, left is positive [rad]",
+        "[tracker.inputs.dtheta]                          # bearing of N_i+1, left positive [rad]",
         "range = [-3.141593, 3.141593]",
         *_sets([*reversed(rights), "Ahead", *lefts], mirrored),
         "",
@@ -276,7 +279,7 @@ def _tracker(d: Design, worked: Tables) -> list[str]:
                 f"weight = {d.holding:.2f}",
             ]
     remarks = (
-        "# Waypoints far apart: fast; close together: slow. Bend ahead: slow down, the more the nearer.",
+        "# Waypoints far apart: fast; close together: slow. Bend ahead: slow, more the nearer.",
         "# Not quite on course: a little slower.",
         "# Off course: slower.",
         "# Well off course: turn hard, slowly.",

@@ -1,4 +1,4 @@
-"""One drive along a reference path, judged by truth: a tracker, a robot, a loop, what disturbs it."""
+"""One drive along a path, judged by truth: a tracker, a robot, a loop, what disturbs it."""
 
 from __future__ import annotations
 
@@ -143,9 +143,7 @@ def drive(
         robot.advance(conditions.tick_s)
     table = np.array(rows)
     records = getattr(follower, "records", [])
-    return Drive(
-        reference, table[:, 0], table[:, 1:4], table[:, 4:6], table[:, 6:8], list(records)
-    )
+    return Drive(reference, table[:, 0], table[:, 1:4], table[:, 4:6], table[:, 6:8], list(records))
 
 
 def measured(

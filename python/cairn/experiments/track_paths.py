@@ -1,4 +1,4 @@
-"""Paths to judge a tracker by [Maalouf06 §7, Figs. 14–16], and others drawn by seed to tune it on."""
+"""Paths to judge a tracker by [Maalouf06 §7, Figs. 14–16], and others, by seed, to tune it."""
 
 from __future__ import annotations
 
@@ -91,7 +91,8 @@ def office(number: int = 0) -> Reference:
     assert path is not None  # the shipped office is in one piece
     dx, dy = path[1] - path[0]
     name = "office" if number == 0 else f"office {number + 1}"
-    return Reference(name, path, (*map(float, path[0]), math.atan2(dy, dx)))
+    x, y = map(float, path[0])
+    return Reference(name, path, (x, y, math.atan2(dy, dx)))
 
 
 PATHS = {
@@ -138,11 +139,16 @@ def zigzag(
     return Reference(f"zigzag {seed}", np.array(points), (0.0, 0.0, 0.0))
 
 
-def displaced(seed: int, length_m: float = 9.0) -> Reference:
+def displaced(
+    seed: int,
+    length_m: float = 9.0,
+    aside_m: tuple[float, float] = (0.2, 1.6),
+    heading_rad: float = 1.2,
+) -> Reference:
     """A straight line beside which the robot stands, turned at random; by seed."""
     random = np.random.default_rng([seed, 13])
-    aside = random.uniform(0.2, 1.6) * random.choice([-1, 1])
-    heading = random.uniform(-1.2, 1.2)
+    aside = random.uniform(*aside_m) * random.choice([-1, 1])
+    heading = random.uniform(-heading_rad, heading_rad)
     path = np.array([(0.0, 0.0), (length_m, 0.0)])
     return Reference(f"displaced {seed}", path, (0.0, aside, heading), True)
 

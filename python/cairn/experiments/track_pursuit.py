@@ -32,7 +32,7 @@ class Regulation:
 
 
 class PurePursuit:
-    """Steers on the arc to the point of the path one look-ahead away [Coulter92]: ω = 2 V y / L²."""
+    """Steers on the arc to the path's point one look-ahead away [Coulter92]: ω = 2 V y / L²."""
 
     def __init__(
         self,
@@ -45,9 +45,9 @@ class PurePursuit:
     ) -> None:
         """Follow `path` (n, 2) at `cruise_mps`.
 
-        Without regulation the speed is constant and the robot turns on the spot towards a point more
-        than 60° off; with it the speed falls with the radius of the arc and near the goal, and it
-        turns on the spot from 45° on.
+        Without regulation the speed is constant and the robot turns on the spot towards a point
+        more than 60° off; with it the speed falls with the radius of the arc and near the goal,
+        and it turns on the spot from 45° on.
         """
         self.path = path
         self._along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
@@ -109,7 +109,7 @@ class PurePursuit:
         return max(found, self._reached_m)
 
     def _carrot(self, position: Floats) -> Floats:
-        """The first point beyond the nearest one that is a look-ahead away; at the end, the goal."""
+        """The first point beyond the nearest one a look-ahead away; at the end, the goal."""
         i = int(np.searchsorted(self._along, self._reached_m, side="right")) - 1
         i = min(i, len(self.path) - 2)
         share = (self._reached_m - self._along[i]) / max(self._along[i + 1] - self._along[i], 1e-12)

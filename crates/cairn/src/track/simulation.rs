@@ -173,6 +173,28 @@ fn square_corners_are_cut_by_at_most_fifteen_centimetres() {
 }
 
 #[test]
+fn a_bend_beyond_the_sight_of_close_waypoints_is_braked_for_in_time() {
+    let path = line(&[(0.0, 0.0), (4.0, 0.0), (4.0, 3.0)]);
+    let mut drive = Drive::new(&path, 0.1);
+    drive.run(90.0).assert_came_to_rest_at(path[2]);
+    let (_, greatest) = drive.cross_track(&path, 0);
+    assert!(greatest <= 0.06, "{greatest}");
+    let farther = |record: &&TrackingRecord| record.caps.contains(&Cap::BendAhead);
+    assert!(drive.records.iter().filter(farther).all(|record| record.alpha1.max(record.alpha2) < 0.1));
+}
+
+#[test]
+fn the_pointer_is_moved_where_the_robot_will_be() {
+    let mut tracker = tracker();
+    tracker.follow(waypoints(&line(&[(0.0, 0.0), (3.0, 0.0)]), 0.3));
+    let moving = Twist2::new(0.5, 0.0);
+    tracker.step(Pose2::new(0.05, 0.0, 0.0), moving, DT_S);
+    // At 0.10 m now, beyond the half-way mark of 0.15 m when the command takes hold.
+    let record = tracker.step(Pose2::new(0.10, 0.0, 0.0), moving, DT_S);
+    assert!(record.world_from_robot_ahead.x > 0.15 && record.waypoint_index == 1, "{record:?}");
+}
+
+#[test]
 fn a_goal_behind_is_reached_by_turning_not_reversing() {
     let path = line(&[(0.0, 0.0), (-1.0, 0.0)]);
     let mut drive = Drive::new(&path, 0.3);

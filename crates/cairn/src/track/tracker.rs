@@ -21,6 +21,8 @@ pub struct TrackerConfig {
     pub braking_share: f64,
     /// Speed at which a robot off its path turns into it at a right angle \[m/s\].
     pub joining_mps: f64,
+    /// Speed at which a right angle of the path is met that α1 and α2 do not show in time \[m/s\].
+    pub corner_mps: f64,
     /// The robot is seen this share of a tick after a command takes hold: it holds for a whole one.
     pub hold_share: f64,
     /// `alpha1`, `alpha2` → `C`.
@@ -43,6 +45,8 @@ pub enum Cap {
     BrakingDistance,
     /// V: the robot meets its path at an angle, and must be slow enough there to turn into it.
     JoiningPath,
+    /// V: a sharp bend farther off than the look-ahead module sees, but within the braking distance.
+    BendAhead,
     /// V is never negative.
     NoReversing,
     /// V: the speed that was asked for.
@@ -103,6 +107,9 @@ pub struct TrackingRecord {
 /// Below this speed the robot counts as at rest \[m/s\].
 const AT_REST_MPS: f64 = 0.05;
 
+/// Bends are looked for as far as a robot needs that brakes with this share of its deceleration.
+const SHORTEST_BRAKING_SHARE: f64 = 0.5;
+
 /// From the first of these bends on, joining a path costs speed; at the second, all it can \[rad\].
 const JOINING_BENDS_RAD: [f64; 2] = [0.6, 1.2];
 
@@ -115,6 +122,7 @@ pub struct Tracker {
     arrival_m: f64,
     braking_mps2: f64,
     joining_mps: f64,
+    corner_mps: f64,
     hold_share: f64,
     look_ahead: LookAhead,
     system: FuzzySystem,
@@ -142,11 +150,14 @@ impl Tracker {
             }
             Err(TrackError::TrackValueOutOfRange { key: key.to_owned(), value, must_be: must_be.to_owned() })
         };
-        let &TrackerConfig { latency_s, arrival_m, braking_share, joining_mps, hold_share, .. } = controller;
+        let &TrackerConfig {
+            latency_s, arrival_m, braking_share, joining_mps, corner_mps, hold_share, ..
+        } = controller;
         check("latency_s", latency_s, latency_s >= 0.0, "of at least 0")?;
         check("arrival_m", arrival_m, arrival_m > 0.0, "above 0")?;
         check("braking_share", braking_share, braking_share > 0.0 && braking_share <= 1.0, "in (0, 1]")?;
         check("joining_mps", joining_mps, joining_mps > 0.0, "above 0")?;
+        check("corner_mps", corner_mps, corner_mps > 0.0, "above 0")?;
         check("hold_share", hold_share, (0.0..=1.0).contains(&hold_share), "in [0, 1]")?;
         Ok(Self {
             limits: *limits,
@@ -154,6 +165,7 @@ impl Tracker {
             arrival_m,
             braking_mps2: limits.linear_mps2 * braking_share,
             joining_mps,
+            corner_mps,
             hold_share,
             look_ahead: LookAhead::new(&controller.look_ahead)?,
             system: system_with("tracker", &controller.tracker, &INPUTS, &OUTPUTS)?,
@@ -315,11 +327,11 @@ impl Tracker {
             record.raw = Twist2::new(said.outputs["V"], said.outputs["omega"]);
             record.tracker = Some(said);
             let last_leg = self.index + 1 >= waypoints.last_index();
-            let joining = self.joining_speed(waypoints, ahead.position());
+            let (bending, why) = self.bending_speed(waypoints, ahead.position());
             wanted = self.arriving(&mut record, last_leg, dt_s);
-            if wanted.linear_mps > joining {
-                wanted.linear_mps = joining;
-                record.caps.push(Cap::JoiningPath);
+            if wanted.linear_mps > bending {
+                wanted.linear_mps = bending;
+                record.caps.push(why);
             }
             if wanted.linear_mps > self.cruise_mps {
                 wanted.linear_mps = self.cruise_mps;
@@ -354,21 +366,49 @@ impl Tracker {
         wanted
     }
 
-    /// Speed from which a robot at `position` can brake to [`TrackerConfig::joining_mps`] before it
-    /// turns into its path at N_{i+1}, half a step before, where the pointer moves on. α1 and α2 do not show this bend:
-    /// they are the path's own.
-    fn joining_speed(&self, waypoints: &Waypoints, position: Point2) -> f64 {
+    /// Speed from which a robot at `position` can brake for every sharp bend that α1 and α2 do not
+    /// show: the one at N_{i+1} where it joins its path, and those beyond N_{i+2}.
+    ///
+    /// A right angle has to be met at [`TrackerConfig::joining_mps`] or [`TrackerConfig::corner_mps`]
+    /// half a step before it, where the pointer moves on.
+    fn bending_speed(&self, waypoints: &Waypoints, position: Point2) -> (f64, Cap) {
         let (target, beyond) = (waypoints.at(self.index + 1), waypoints.at(self.index + 2));
         let (arriving, leaving) = (target - position, beyond - target);
+        let mut along_m = arriving.norm();
         let bend = arriving.cross(leaving).atan2(arriving.dot(leaving)).abs();
-        if bend <= JOINING_BENDS_RAD[0] || leaving.norm() == 0.0 {
+        let joining = self.speed_before(self.joining_mps, bend, along_m - leaving.norm() / 2.0);
+        let mut least = (joining, Cap::JoiningPath);
+        let in_sight_m = self.limits.braking_distance_m(self.limits.linear_mps) / SHORTEST_BRAKING_SHARE;
+        let mut from = target;
+        for index in self.index + 2..waypoints.last_index() {
+            let to = waypoints.at(index);
+            along_m += from.distance(to);
+            if along_m > in_sight_m {
+                break;
+            }
+            if index > self.index + 2 {
+                let half_step_m = to.distance(waypoints.at(index + 1)) / 2.0;
+                let turn = waypoints.turn_rad(index);
+                let speed = self.speed_before(self.corner_mps, turn, along_m - half_step_m);
+                if speed < least.0 {
+                    least = (speed, Cap::BendAhead);
+                }
+            }
+            from = to;
+        }
+        least
+    }
+
+    /// Speed from which the robot can brake, on `free_m`, to what a bend allows: `right_angle_mps` where
+    /// it is a right angle, more where it is less.
+    fn speed_before(&self, right_angle_mps: f64, bend_rad: f64, free_m: f64) -> f64 {
+        let [slight, full] = JOINING_BENDS_RAD;
+        if bend_rad <= slight {
             return f64::INFINITY;
         }
-        let [slight, full] = JOINING_BENDS_RAD;
-        let share = ((bend - slight) / (full - slight)).min(1.0);
-        let there = self.limits.linear_mps + (self.joining_mps - self.limits.linear_mps) * share;
-        let free_m = (arriving.norm() - leaving.norm() / 2.0).max(0.0);
-        (there * there + 2.0 * self.braking_mps2 * free_m).sqrt()
+        let share = ((bend_rad - slight) / (full - slight)).min(1.0);
+        let there = self.limits.linear_mps + (right_angle_mps - self.limits.linear_mps) * share;
+        (there * there + 2.0 * self.braking_mps2 * free_m.max(0.0)).sqrt()
     }
 
     fn within_limits(&self, caps: &mut Vec<Cap>, base: Twist2, mut wanted: Twist2, dt_s: f64) -> Twist2 {
