@@ -64,7 +64,7 @@ def test_square_corners_are_passed_within_four_centimetres(compared):
     assert compared["squares"]["ours"]["max_m"] <= 0.04
 
 
-@pytest.mark.parametrize("name", ["sine", "step", "squares"])
+@pytest.mark.parametrize("name", ["sine", "step", "ramp"])
 def test_the_fuzzy_tracker_beats_the_best_pursuit_in_at_most_1_15_of_its_time(compared, name):
     told = compared[name]
     assert told["ours"]["rms_m"] < told["best_baseline"]["rms_m"]
@@ -72,10 +72,16 @@ def test_the_fuzzy_tracker_beats_the_best_pursuit_in_at_most_1_15_of_its_time(co
     assert told["ahead"]
 
 
+def test_round_squares_it_has_a_third_of_the_best_pursuits_error_in_1_2_of_its_time(compared):
+    assert compared["squares"]["rms_ratio"] < 1 / 3
+    assert compared["squares"]["time_ratio"] <= 1.2
+
+
 def test_nothing_is_driven_backwards_and_only_the_ramp_needs_a_turn_on_the_spot(compared):
     for name, told in compared.items():
         assert told["ours"]["least_v_mps"] >= 0
-        assert (told["ours"]["spinning_s"] > 0.2) == (name == "ramp"), name
+        share = told["ours"]["spinning_s"] / told["ours"]["time_s"]
+        assert (share > 0.05) == (name == "ramp"), name
 
 
 # ---- what the paper claims ----------------------------------------------------------------------
