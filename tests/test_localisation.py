@@ -1,4 +1,5 @@
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -7,6 +8,7 @@ import cairn
 from cairn.experiments.bench_localise import twin_corridor
 from cairn.experiments.streams import lidar_robot, off, record, sonar_robot
 from cairn.localisation import Localiser, MonteCarlo
+from cairn.missions.reading import parse
 
 P3AT = sonar_robot()
 ROOM = cairn.maps.load("room")
@@ -169,3 +171,43 @@ def test_what_cannot_be_used_is_refused_by_name():
     blind = text[: text.index("[[sonars]]")] + text[text.index("[physics]") :]
     with pytest.raises(cairn.errors.LocaliseNoSensor):
         Localiser(ROOM, cairn.Profile(blind))
+
+
+def test_a_robot_hemmed_in_by_things_no_map_shows_keeps_its_pose(drive):
+    localiser = Localiser(ROOM, P3AT, start=drive.truth[0])
+    play(localiser, drive.part(0, 30))
+    for _ in range(150):
+        report = localiser.step(np.full(16, 0.35), (0.0, 0.0), 0.0, 0.1)
+        assert report.is_found
+        assert report.jump is None
+    assert report.fit < 0.2
+
+
+LOST = """
+name = "lost"
+map = "room"
+robot = "kinematic"
+timeout_s = 200.0
+start = { place = "start", known = false }
+goals = [{ place = "goal" }]
+"""
+CARRIED = """
+name = "carried"
+map = "room"
+robot = "kinematic"
+timeout_s = 200.0
+start = { place = "start" }
+goals = [{ place = "goal" }]
+events = [{ do = "shove", at_distance_m = 1.0, dx_m = 0.3, dy_m = 3.2, dheading_rad = 2.0 }]
+"""
+
+
+@pytest.mark.parametrize("text", [LOST, CARRIED], ids=["lost", "carried"])
+def test_a_mission_goes_on_once_the_robot_knows_where_it_is(text):
+    result = cairn.missions.run(parse(text, Path("mission.toml")), seed=2)
+    assert result.scenario.pose == "localised"
+    assert result.reached, result.sentence
+    assert result.contacts == 0
+    assert result.robots[0].drift_end_m < 0.1
+    if "known = false" in text:
+        assert result.robots[0].drift_max_m > 0.3  # its own frame, at first

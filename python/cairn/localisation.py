@@ -54,6 +54,9 @@ class LocaliseReport:
     """As `fit`, at the candidate."""
     searched: int
     """Poses weighed by a search of the whole map in this tick; 0 without one."""
+    lead: float | None
+    """How much likelier all that was measured since the search is at the candidate than at any
+    other place of the map, a difference of logarithms; where that was asked in this tick."""
     jump: tuple[float, float, float] | None
     """The pose was moved to the candidate: by (x, y, heading), world frame [m, m, rad]."""
     matching: MatchReport | None
@@ -236,6 +239,7 @@ class Localiser:
             candidate=_estimate(report["candidate"]),
             candidate_fit=report["candidate_fit"],
             searched=report["searched"],
+            lead=report["lead"],
             jump=None if jump is None else _triple(jump),
             matching=matching,
         )

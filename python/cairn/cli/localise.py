@@ -145,6 +145,9 @@ def bench_localise(
     boxes: Annotated[int, typer.Option(min=0, help="Things that no map shows.")] = 6,
     seed: Annotated[int, typer.Option(min=0, help="Of places and noise.")] = 1,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes.")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw a kidnapping on the first map here.")
+    ] = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="Two maps, three drives of 40 s each.")
     ] = False,
@@ -179,6 +182,10 @@ def bench_localise(
         }
     )
     files = [write_summary(record, out or Path("runs/bench-localise"))]
+    if picture is not None:
+        from cairn.view.localisation import draw_kidnapping
+
+        files.append(draw_kidnapping(*measuring.kidnapping(settings), path=picture))
     if as_json:
         sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
         return

@@ -253,6 +253,15 @@ def run(job: Job) -> list[dict[str, Any]]:
     return [each.to_dict() for each in trials]
 
 
+def kidnapping(settings: Settings) -> tuple[World, Profile, Stream, int]:
+    """Return the first kidnapping of the settings: world, robot, drive, and the tick of it."""
+    job = jobs_of(settings)[0]
+    world, profile = world_of(job.map), SENSORS[job.sensor]()
+    first = record(world, profile, job.seed, KIDNAP_AFTER_S, job.boxes)
+    then = record(world, profile, job.seed + 500_000, 30.0, job.boxes)
+    return world, profile, first.then(then), len(first)
+
+
 def measure(settings: Settings, workers: int = 1) -> Iterator[list[dict[str, Any]]]:
     """Run every job, `workers` at a time, in the order of `jobs_of` whatever finishes first."""
     jobs = jobs_of(settings)

@@ -118,6 +118,11 @@ impl Tables {
     const LIDAR: usize = 0;
     const SONARS: usize = 16;
 
+    /// Logarithm of the likelihood of a reading that the map does not explain.
+    pub(super) fn stray(&self) -> f32 {
+        self.stray
+    }
+
     fn of_sonar(range_m: f64) -> usize {
         1 + ((range_m / 0.5) as usize).min(Self::SONARS - 1)
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::field::SurfaceField;
+use super::history::History;
 use super::matching::{MapMatcher, MatchReport, MatchingConfig, MatchingError};
 use super::monte_carlo::{LocaliseError, MonteCarlo, MonteCarloConfig, PoseEstimate};
 use super::odometry::Odometry;
@@ -25,16 +26,22 @@ pub struct LocaliserConfig {
     pub start_rad: f64,
     /// What the map explains is averaged over about this time \[s\].
     pub fit_s: f64,
-    /// When the map explains a smaller share of the readings than this, the pose is lost.
+    /// When the map explains a smaller share of the readings than this …
     pub lost_fit: f64,
+    /// … and contradicts a greater share than this, the pose is lost. Things that no map shows make
+    /// readings shorter; only a wrong pose makes them go through walls.
+    pub lost_contradicted: f64,
     /// A pose that was searched for is believed only when the map explains this share there …
     pub found_fit: f64,
     /// … when this share of all weight is around it …
     pub found_share: f64,
     /// … when it is known this well \[m\] …
     pub found_sigma_m: f64,
-    /// … and after this way and turn since the search: metres plus radians.
+    /// … after this way and turn since the search, metres plus radians …
     pub found_way: f64,
+    /// … and when all that was measured on that way is likelier there than at any other place of the
+    /// map by this difference of logarithms.
+    pub found_lead: f64,
     /// A search that has found nothing is repeated after this way and turn.
     pub search_way: f64,
     /// The set of poses corrects the pose when it is elsewhere by more than this \[m\] …
@@ -54,11 +61,13 @@ impl Default for LocaliserConfig {
             start_m: 0.15,
             start_rad: 0.07,
             fit_s: 1.5,
-            lost_fit: 0.35,
+            lost_fit: 0.4,
+            lost_contradicted: 0.15,
             found_fit: 0.6,
             found_share: 0.9,
             found_sigma_m: 0.25,
             found_way: 2.0,
+            found_lead: 4.0,
             search_way: 8.0,
             jump_m: 0.1,
             jump_rad: 0.06,
@@ -75,10 +84,12 @@ impl LocaliserConfig {
             ("start_rad", self.start_rad, 0.0, 10.0),
             ("fit_s", self.fit_s, 1e-3, 1e3),
             ("lost_fit", self.lost_fit, 0.0, 1.0),
+            ("lost_contradicted", self.lost_contradicted, 0.0, 1.0),
             ("found_fit", self.found_fit, 0.0, 1.0),
             ("found_share", self.found_share, 0.0, 1.0),
             ("found_sigma_m", self.found_sigma_m, 0.0, 100.0),
             ("found_way", self.found_way, 0.0, 1e3),
+            ("found_lead", self.found_lead, 0.0, 1e6),
             ("search_way", self.search_way, 0.1, 1e3),
             ("jump_m", self.jump_m, 0.0, 100.0),
             ("jump_rad", self.jump_rad, 0.0, 10.0),
@@ -110,12 +121,17 @@ pub struct LocaliseReport {
     pub state: LocaliseState,
     /// Share of the readings that the map explains at the pose, over the last while.
     pub fit: f64,
-    /// The same at the heaviest place of the set of poses.
+    /// Share of the readings that cannot be at the pose, if the map is right.
+    pub contradicted: f64,
+    /// As `fit`, at the heaviest place of the set of poses.
     pub candidate_fit: f64,
     /// The heaviest place of the set of poses.
     pub candidate: Option<PoseEstimate>,
     /// Poses weighed by a search of the whole map in this tick; 0 without one.
     pub searched: usize,
+    /// How much likelier all that was measured is at the candidate than elsewhere, where that was asked
+    /// in this tick: a difference of logarithms.
+    pub lead: Option<f64>,
     /// The pose was moved to the candidate: by (x, y, heading), world frame.
     pub jump: Option<Pose2>,
     /// What matching readings to the map did.
@@ -126,6 +142,7 @@ pub struct LocaliseReport {
 #[derive(Clone, Copy, Debug, Default)]
 struct Fit {
     value: f64,
+    contradicted: f64,
     seen_s: f64,
 }
 
@@ -142,6 +159,8 @@ impl Fit {
         // A plain mean at first.
         let gain = (dt_s / over_s).max(dt_s / self.seen_s).min(1.0);
         self.value += gain * (share - self.value);
+        let against = explained.contradicted as f64 / explained.judged as f64;
+        self.contradicted += gain * (against - self.contradicted);
     }
 
     fn has_lasted(&self, for_s: f64) -> bool {
@@ -167,6 +186,11 @@ pub struct Localiser {
     last: Option<Pose2>,
     /// Metres and radians since the last search.
     way: f64,
+    /// What was measured since.
+    history: History,
+    lead: Option<f64>,
+    /// There was a pose before this search.
+    had_pose: bool,
     begun: bool,
 }
 
@@ -205,6 +229,9 @@ impl Localiser {
             candidate_fit: Fit::default(),
             last: None,
             way: 0.0,
+            history: History::default(),
+            lead: None,
+            had_pose: false,
             begun: false,
             config: *config,
         })
@@ -223,6 +250,7 @@ impl Localiser {
     /// Forgets the pose: the robot may be anywhere.
     pub fn forget(&mut self) {
         self.state = LocaliseState::Searching;
+        self.had_pose = false;
         self.begun = false;
     }
 
@@ -246,16 +274,22 @@ impl Localiser {
         ranges_m: &[f64],
         dt_s: f64,
     ) -> Result<LocaliseReport, LocaliserError> {
+        self.monte_carlo.check(ranges_m)?;
         let now = odometry.pose();
         let motion = self.last.map_or(Pose2::IDENTITY, |last| last.inverse() * now);
         let mut searched = 0;
         if self.begun {
             self.monte_carlo.predict(motion)?;
+            self.history.note(motion);
             self.way += motion.x.hypot(motion.y) + motion.heading.abs();
         } else {
             searched = self.begin(now, ranges_m)?;
         }
+        self.lead = None;
         let tracking = self.state == LocaliseState::Tracking;
+        if !tracking && self.history.is_due() {
+            self.history.keep(self.monte_carlo.scan(ranges_m));
+        }
         let matching = if tracking { Some(self.matcher.correct(odometry, profile, ranges_m)?) } else { None };
         if self.monte_carlo.is_due() {
             self.monte_carlo.update(ranges_m)?;
@@ -276,9 +310,11 @@ impl Localiser {
         Ok(LocaliseReport {
             state: self.state,
             fit: self.fit.value,
+            contradicted: self.fit.contradicted,
             candidate_fit: self.candidate_fit.value,
             candidate,
             searched,
+            lead: self.lead,
             jump,
             matching,
         })
@@ -288,12 +324,14 @@ impl Localiser {
     fn begin(&mut self, pose: Pose2, ranges_m: &[f64]) -> Result<usize, LocaliserError> {
         self.begun = true;
         self.way = 0.0;
+        self.history.clear();
         self.candidate_fit = Fit::default();
         if self.state == LocaliseState::Searching {
             return Ok(self.monte_carlo.search(ranges_m)?);
         }
         self.fit = Fit::default();
         self.monte_carlo.spread(pose, self.config.start_m, self.config.start_rad)?;
+        self.monte_carlo.update(ranges_m)?; // what was told is only about right
         Ok(0)
     }
 
@@ -322,11 +360,13 @@ impl Localiser {
                 self.candidate_fit = Fit::default();
             }
         }
-        if self.fit.has_lasted(c.fit_s)
-            && self.fit.value < c.lost_fit
-            && self.candidate_fit.value < c.lost_fit
-        {
+        // At rest there is nothing new to weigh: it may take a little longer.
+        let judged = self.fit.has_lasted(if self.way > 0.5 { c.fit_s } else { 4.0 * c.fit_s });
+        let astray = |fit: Fit| fit.value < c.lost_fit && fit.contradicted > c.lost_contradicted;
+        if judged && astray(self.fit) && astray(self.candidate_fit) {
             self.state = LocaliseState::Searching;
+            self.had_pose = true;
+            self.fit = Fit::default();
             *searched = self.begin(pose, ranges_m)?;
         }
         Ok(None)
@@ -349,8 +389,21 @@ impl Localiser {
                 && candidate.sigma_m() <= c.found_sigma_m
         });
         if let Some(candidate) = found {
+            self.lead = self.monte_carlo.compare(&self.history, c.found_lead)?;
+            if self.lead.is_none_or(|lead| lead < c.found_lead) {
+                // Another place looks like it: another metre must tell.
+                self.way = (c.found_way - 1.0).max(0.0);
+                return Ok(None);
+            }
             self.state = LocaliseState::Tracking;
             return Ok(Some(self.jump(odometry, &candidate)));
+        }
+        // Something stood in the way of its eyes, or an unmapped wall: the old pose was right.
+        let old = self.had_pose && self.fit.has_lasted(2.0 * c.fit_s);
+        if old && self.fit.value >= c.found_fit && self.fit.contradicted < 0.3 * c.lost_contradicted {
+            self.state = LocaliseState::Tracking;
+            *searched = self.begin(odometry.pose(), ranges_m)?;
+            return Ok(None);
         }
         if self.way >= c.search_way {
             *searched = self.begin(odometry.pose(), ranges_m)?;

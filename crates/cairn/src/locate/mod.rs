@@ -3,6 +3,7 @@
 
 mod beams;
 mod field;
+mod history;
 mod localiser;
 mod matching;
 mod modes;

@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use super::beams::{Hearing, Poses, Scan, Tables, weigh};
 use super::field::SurfaceField;
+use super::history::{History, Place};
 use super::modes::{Bins, Mode, best_modes};
 use crate::geometry::{Pose2, wrap_angle};
 use crate::robot::RobotProfile;
@@ -333,21 +334,11 @@ impl MonteCarlo {
     pub fn search(&mut self, ranges_m: &[f64]) -> Result<usize, LocaliseError> {
         self.check(ranges_m)?;
         let c = self.config;
-        let radius_m = self.profile.footprint.inscribed_radius_m();
-        let places = self.field.standing_places(&self.map, radius_m as f32, c.search_m);
-        if places.is_empty() {
-            return Err(LocaliseError::LocaliseNoRoom { radius_m });
-        }
         let hearing = c.hearing();
         let scan = Scan::new(&hearing, &self.profile, ranges_m);
         let turn_rad = std::f64::consts::TAU / c.search_headings as f64;
         let tables = Tables::new(&hearing, 0.4 * c.search_m, 0.3 * turn_rad);
-        let mut lattice = Poses::default();
-        for k in 0..c.search_headings {
-            for &(x, y) in &places {
-                lattice.push(x, y, wrap_angle(k as f64 * turn_rad) as f32);
-            }
-        }
+        let lattice = self.lattice()?;
         let mut logs = std::mem::take(&mut self.scratch);
         weigh(&self.field, &tables, &scan, 0.0, &lattice, &mut logs);
         let weights = normalised(&logs, None);
@@ -364,6 +355,72 @@ impl MonteCarlo {
         }
         self.begin(poses, c.search_settling);
         Ok(lattice.len())
+    }
+
+    /// Every pose that is looked at when the robot may be anywhere.
+    fn lattice(&self) -> Result<Poses, LocaliseError> {
+        let c = &self.config;
+        let radius_m = self.profile.footprint.inscribed_radius_m();
+        let places = self.field.standing_places(&self.map, radius_m as f32, c.search_m);
+        if places.is_empty() {
+            return Err(LocaliseError::LocaliseNoRoom { radius_m });
+        }
+        let turn_rad = std::f64::consts::TAU / c.search_headings as f64;
+        let mut lattice = Poses::default();
+        for k in 0..c.search_headings {
+            for &(x, y) in &places {
+                lattice.push(x, y, wrap_angle(k as f64 * turn_rad) as f32);
+            }
+        }
+        Ok(lattice)
+    }
+
+    /// Readings as [`History`] keeps them.
+    pub(super) fn scan(&self, ranges_m: &[f64]) -> Scan {
+        Scan::new(&self.config.hearing(), &self.profile, ranges_m)
+    }
+
+    /// How much better all readings of `history` agree with the estimate than with any other place of
+    /// the map: the difference of the logarithms of their likelihoods. Where that is less than
+    /// `margin`, the set of poses begins anew, at all places that agree about as well. None without an
+    /// estimate.
+    pub(super) fn compare(&mut self, history: &History, margin: f64) -> Result<Option<f64>, LocaliseError> {
+        let Some(estimate) = self.estimate() else { return Ok(None) };
+        let c = self.config;
+        let turn_rad = std::f64::consts::TAU / c.search_headings as f64;
+        let lattice = self.lattice()?;
+        let places = history.survey(&self.field, &c.hearing(), &self.fine, &lattice, (c.search_m, turn_rad));
+        let own = history.refine(&self.field, &self.fine, self.map_from_world * estimate.pose);
+        let best_other = places
+            .iter()
+            .filter(|place| !place.is_near(own.pose))
+            .map(|place| place.score)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let lead = own.score - best_other;
+        if lead < margin {
+            self.gather(&places);
+        }
+        Ok(Some(lead))
+    }
+
+    /// Begins at several places, with as many poses at each as it is likely.
+    fn gather(&mut self, places: &[Place]) {
+        let Some(best) = places.first().map(|place| place.score) else { return };
+        let weights: Vec<f64> = places.iter().map(|place| (0.5 * (place.score - best)).exp()).collect();
+        let sum: f64 = weights.iter().sum();
+        let n = self.config.most_particles / 2;
+        let mut poses = Poses::default();
+        for (place, weight) in places.iter().zip(weights) {
+            for _ in 0..(n as f64 * weight / sum) as usize {
+                let [x, y, turn] = [self.random.normal(), self.random.normal(), self.random.normal()];
+                poses.push(
+                    place.pose.x as f32 + 0.08 * x,
+                    place.pose.y as f32 + 0.08 * y,
+                    place.pose.heading as f32 + 0.04 * turn,
+                );
+            }
+        }
+        self.begin(poses, 0);
     }
 
     fn begin(&mut self, poses: Poses, settling: u32) {
@@ -428,7 +485,7 @@ impl MonteCarlo {
         Ok(scan.len())
     }
 
-    fn check(&self, ranges_m: &[f64]) -> Result<(), LocaliseError> {
+    pub(super) fn check(&self, ranges_m: &[f64]) -> Result<(), LocaliseError> {
         let (given, expected) = (ranges_m.len(), self.profile.range_count());
         if given == expected { Ok(()) } else { Err(LocaliseError::LocaliseRangeCount { given, expected }) }
     }

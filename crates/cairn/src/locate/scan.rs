@@ -18,6 +18,8 @@ const EXPLAINED_M: f64 = 0.15;
 pub struct Explained {
     /// Readings that are as the map predicts them.
     pub explained: usize,
+    /// Readings that cannot be at that pose, if the map is right: through walls.
+    pub contradicted: usize,
     /// Readings that could be judged.
     pub judged: usize,
 }
@@ -64,20 +66,35 @@ impl MapMatcher {
     }
 
     /// How much of `ranges_m` the map explains for a robot at `world_from_robot`.
+    ///
+    /// A reading that is shorter than the map predicts may come from something the map does not show.
+    /// One that is longer, or none at all before a wall that must answer, contradicts the pose.
     pub fn explained(&self, world_from_robot: Pose2, profile: &RobotProfile, ranges_m: &[f64]) -> Explained {
         let c = &self.config;
         let mut found = Explained::default();
         for (sonar, &range_m) in profile.sonars.iter().zip(ranges_m) {
-            if !(range_m > sonar.min_range_m && range_m < sonar.max_range_m.min(c.range_m)) {
+            if range_m.is_nan() || range_m <= sonar.min_range_m {
                 continue;
             }
             let from = world_from_robot * sonar.pose;
-            let farthest_m = range_m + c.gate_m;
-            let echo = sonar_echo(&self.walls, from, sonar.beam_rad, farthest_m, c.rays);
+            let farthest_m = c.range_m.min(sonar.max_range_m);
+            let within_m = c.close_m + 0.5 * c.noise_m_per_m * range_m.min(farthest_m);
+            if range_m >= farthest_m {
+                // Only a face before it is sure to have been heard, and not from its limit.
+                let silent = sonar_echo(&self.walls, from, 0.5 * sonar.beam_rad, 0.7 * farthest_m, c.rays);
+                if silent.is_some_and(|echo| echo.on_face) {
+                    found.judged += 1;
+                    found.contradicted += 1;
+                }
+                continue;
+            }
+            let echo = sonar_echo(&self.walls, from, sonar.beam_rad, range_m + c.gate_m, c.rays);
             found.judged += 1;
-            let within_m = c.close_m + 0.5 * c.noise_m_per_m * range_m;
             found.explained +=
                 usize::from(echo.is_some_and(|echo| (echo.range_m - range_m).abs() <= within_m));
+            let before_m = range_m - 2.0 * within_m;
+            found.contradicted +=
+                usize::from(echo.is_some_and(|echo| echo.range_m < before_m && echo.on_face));
         }
         for (_, range_m, beam) in lidar_beams(profile, ranges_m) {
             let from = world_from_robot * beam;
@@ -87,7 +104,9 @@ impl MapMatcher {
                 .field
                 .signed(from * Point2::new(range_m, 0.0))
                 .is_some_and(|(away_m, _)| away_m.abs() <= within_m);
-            found.explained += usize::from(near && reaches(&self.walls, from, range_m - 2.0 * within_m));
+            let reaches = reaches(&self.walls, from, range_m - 2.0 * within_m);
+            found.explained += usize::from(near && reaches);
+            found.contradicted += usize::from(!reaches);
         }
         found
     }
