@@ -198,7 +198,7 @@ robot = "kinematic"
 timeout_s = 200.0
 start = { place = "start" }
 goals = [{ place = "goal" }]
-events = [{ do = "shove", at_distance_m = 1.0, dx_m = 0.3, dy_m = 3.2, dheading_rad = 2.0 }]
+events = [{ do = "shove", at_distance_m = 1.0, dx_m = 1.84, dy_m = -1.7, dheading_rad = 2.0 }]
 """
 
 

@@ -363,3 +363,89 @@ impl Block {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose2;
+    use crate::world::{Grid, GridGeometry, Occupancy, SplitMix};
+
+    const HEARING: Hearing = Hearing {
+        sonar_range_m: 4.0,
+        sonar_m: 0.08,
+        sonar_m_per_m: 0.03,
+        lidar_m: 0.08,
+        lidar_beams: 60,
+        stray: 0.1,
+        independence: 0.4,
+    };
+
+    /// A hall of 6 × 5 m with a post.
+    fn hall() -> SurfaceField {
+        let geometry =
+            GridGeometry { rows: 100, cols: 120, resolution_m: 0.05, world_from_grid: Pose2::IDENTITY };
+        let stands = |i: usize| {
+            let (row, col) = (i / 120, i % 120);
+            !(2..98).contains(&row)
+                || !(2..118).contains(&col)
+                || (30..36).contains(&row) && (50..54).contains(&col)
+        };
+        let cells =
+            (0..geometry.len()).map(|i| if stands(i) { Occupancy::Occupied } else { Occupancy::Free });
+        SurfaceField::new(&Grid::new(geometry, cells.collect()))
+    }
+
+    fn poses(n: usize, seed: u64) -> Poses {
+        let mut random = SplitMix::new(seed);
+        let mut poses = Poses::default();
+        for _ in 0..n {
+            let [x, y, turn] = [0; 3].map(|_| random.unit() as f32);
+            poses.push(8.0 * x - 1.0, 7.0 * y - 1.0, 6.28 * turn - 3.14);
+        }
+        poses
+    }
+
+    fn scan(range_m: f64) -> Scan {
+        let mut scan = Scan { beams: Vec::new(), ends: Vec::new() };
+        for k in 0..16 {
+            let heading = f64::from(k) * 0.39;
+            let range_m = range_m + 0.1 * f64::from(k % 5);
+            scan.add(
+                (0.2, 0.1),
+                heading,
+                if k % 2 == 0 { 0.52 } else { 0.0 },
+                range_m,
+                Tables::of_sonar(range_m),
+            );
+        }
+        scan
+    }
+
+    #[test]
+    fn eight_at_a_time_and_one_by_one_give_the_same_bits() {
+        let (field, tables) = (hall(), Tables::new(&HEARING, 0.0, 0.0));
+        for n in [1, 63, 64, 65, 1000] {
+            let (poses, scan) = (poses(n, 7), scan(1.3));
+            let mut any = Vec::new();
+            weigh(&field, &tables, &scan, 0.1, &poses, &mut any);
+            let mut plain = vec![0.0; n];
+            weigh_blocks::<OneByOne>(&field, &tables, &scan, 0.1, &poses, &mut plain);
+            let bits = |logs: &[f32]| logs.iter().map(|log| log.to_bits()).collect::<Vec<_>>();
+            assert_eq!(bits(&any), bits(&plain), "{n}");
+        }
+    }
+
+    #[test]
+    fn a_pose_in_a_wall_or_off_the_map_is_impossible_and_no_other_is_less_likely_than_strays() {
+        let (field, tables, scan) = (hall(), Tables::new(&HEARING, 0.0, 0.0), scan(2.0));
+        let poses = poses(2000, 3);
+        let mut logs = Vec::new();
+        weigh(&field, &tables, &scan, 0.0, &poses, &mut logs);
+        let least = scan.len() as f32 * tables.stray() - 1e-3;
+        for (i, &log) in logs.iter().enumerate() {
+            let stands = field.is_open(field.index(poses.x[i], poses.y[i]));
+            assert_eq!(log == f32::NEG_INFINITY, !stands);
+            assert!(!stands || (least..=1e-3).contains(&log), "{log}");
+        }
+    }
+}

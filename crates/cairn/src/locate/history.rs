@@ -187,3 +187,76 @@ impl History {
         places
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::geometry::Pose2;
+    use crate::locate::history::History;
+    use crate::locate::{MonteCarlo, MonteCarloConfig};
+    use crate::robot::{Drive, Footprint, Limits, RobotProfile, Sonar};
+    use crate::world::{Grid, GridGeometry, Occupancy, OccupancyGrid, raycast};
+
+    fn robot() -> RobotProfile {
+        let sonar = |k: i32| Sonar {
+            pose: Pose2::new(0.0, 0.0, f64::from(k) * 0.3927),
+            beam_rad: 0.05,
+            min_range_m: 0.1,
+            max_range_m: 5.0,
+        };
+        RobotProfile {
+            name: "test".to_owned(),
+            footprint: Footprint { length_m: 0.4, width_m: 0.4 },
+            limits: Limits { linear_mps: 0.5, angular_radps: 1.0, linear_mps2: 0.5, angular_radps2: 1.0 },
+            drive: Drive { effective_track_m: 0.4, latency_s: 0.0 },
+            sonars: (0..16).map(sonar).collect(),
+            lidar: None,
+        }
+    }
+
+    /// A room of 6 × 4 m; with a cupboard it looks different from every pose.
+    fn room(cupboard: bool) -> OccupancyGrid {
+        let geometry =
+            GridGeometry { rows: 80, cols: 120, resolution_m: 0.05, world_from_grid: Pose2::IDENTITY };
+        let stands = |i: usize| {
+            let (row, col) = (i / 120, i % 120);
+            let wall = !(2..78).contains(&row) || !(2..118).contains(&col);
+            wall || cupboard && row < 20 && (60..80).contains(&col)
+        };
+        let cells =
+            (0..geometry.len()).map(|i| if stands(i) { Occupancy::Occupied } else { Occupancy::Free });
+        Grid::new(geometry, cells.collect())
+    }
+
+    /// How far the truth is ahead of the best other place after a short drive.
+    fn lead(cupboard: bool) -> f64 {
+        let (robot, map) = (robot(), room(cupboard));
+        let occupied =
+            Grid::new(map.geometry, map.values.iter().map(|c| *c == Occupancy::Occupied).collect());
+        let mut poses = MonteCarlo::new(&MonteCarloConfig::default(), &robot, &map, 1).unwrap();
+        let (mut truth, step) = (Pose2::new(1.2, 2.6, -0.2), Pose2::new(0.15, 0.0, 0.05));
+        let mut history = History::default();
+        for _ in 0..16 {
+            let ranges: Vec<f64> = robot
+                .sonars
+                .iter()
+                .map(|sonar| {
+                    let from = truth * sonar.pose;
+                    raycast(&occupied, from.position(), from.heading, 5.0).unwrap_or(f64::INFINITY)
+                })
+                .collect();
+            if history.is_due() {
+                history.keep(poses.scan(&ranges));
+            }
+            truth = truth * step;
+            history.note(step);
+        }
+        poses.spread(truth, 0.02, 0.01).unwrap();
+        poses.compare(&history, f64::NEG_INFINITY).unwrap().unwrap()
+    }
+
+    #[test]
+    fn the_truth_leads_where_every_place_looks_different_and_nothing_does_in_a_symmetric_room() {
+        assert!(lead(true) > 4.0, "{}", lead(true));
+        assert!(lead(false).abs() < 2.0, "{}", lead(false));
+    }
+}

@@ -62,7 +62,7 @@ impl Default for LocaliserConfig {
             start_rad: 0.07,
             fit_s: 1.5,
             lost_fit: 0.4,
-            lost_contradicted: 0.15,
+            lost_contradicted: 0.08,
             found_fit: 0.6,
             found_share: 0.9,
             found_sigma_m: 0.25,
