@@ -28,7 +28,8 @@ pub struct LocaliserConfig {
     pub fit_s: f64,
     /// When the map explains a smaller share of the readings than this …
     pub lost_fit: f64,
-    /// … and contradicts a greater share than this, the pose is lost. Things that no map shows make
+    /// … and contradicts a greater share than this, or three times this share whatever it explains, the
+    /// pose is lost; and none is believed at which it contradicts so many. Things that no map shows make
     /// readings shorter; only a wrong pose makes them go through walls.
     pub lost_contradicted: f64,
     /// A pose that was searched for is believed only when the map explains this share there …
@@ -63,7 +64,7 @@ impl Default for LocaliserConfig {
             fit_s: 1.5,
             lost_fit: 0.4,
             lost_contradicted: 0.08,
-            found_fit: 0.6,
+            found_fit: 0.65,
             found_share: 0.9,
             found_sigma_m: 0.25,
             found_way: 2.0,
@@ -362,7 +363,10 @@ impl Localiser {
         }
         // At rest there is nothing new to weigh: it may take a little longer.
         let judged = self.fit.has_lasted(if self.way > 0.5 { c.fit_s } else { 4.0 * c.fit_s });
-        let astray = |fit: Fit| fit.value < c.lost_fit && fit.contradicted > c.lost_contradicted;
+        let astray = |fit: Fit| {
+            fit.contradicted > c.lost_contradicted
+                && (fit.value < c.lost_fit || fit.contradicted > 3.0 * c.lost_contradicted)
+        };
         if judged && astray(self.fit) && astray(self.candidate_fit) {
             self.state = LocaliseState::Searching;
             self.had_pose = true;
@@ -385,6 +389,7 @@ impl Localiser {
             self.way >= c.found_way
                 && self.candidate_fit.has_lasted(c.fit_s)
                 && self.candidate_fit.value >= c.found_fit
+                && self.candidate_fit.contradicted < c.lost_contradicted
                 && candidate.share >= c.found_share
                 && candidate.sigma_m() <= c.found_sigma_m
         });
