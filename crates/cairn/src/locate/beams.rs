@@ -400,7 +400,7 @@ mod tests {
         let mut poses = Poses::default();
         for _ in 0..n {
             let [x, y, turn] = [0; 3].map(|_| random.unit() as f32);
-            poses.push(8.0 * x - 1.0, 7.0 * y - 1.0, 6.28 * turn - 3.14);
+            poses.push(8.0 * x - 1.0, 7.0 * y - 1.0, std::f32::consts::TAU * turn - std::f32::consts::PI);
         }
         poses
     }

@@ -198,7 +198,7 @@ mod tests {
 
     fn robot() -> RobotProfile {
         let sonar = |k: i32| Sonar {
-            pose: Pose2::new(0.0, 0.0, f64::from(k) * 0.3927),
+            pose: Pose2::new(0.0, 0.0, f64::from(k) * std::f64::consts::FRAC_PI_8),
             beam_rad: 0.05,
             min_range_m: 0.1,
             max_range_m: 5.0,

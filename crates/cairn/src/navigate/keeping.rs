@@ -268,7 +268,8 @@ impl Navigator {
                 let best = field.cost_to_go(self.waypoints[next]).unwrap_or(f64::INFINITY);
                 let gain = way - best;
                 let wanted = config.gain.max(config.gain_share * way);
-                if !(gain >= wanted * f64::from(1u32 << self.keeper.switches.min(16))) {
+                let enough = gain >= wanted * f64::from(1u32 << self.keeper.switches.min(16));
+                if !enough {
                     self.keeper.cheaper_for_s = 0.0;
                     return Minded::Stays;
                 }
