@@ -208,10 +208,10 @@ mod tests {
     fn a_detour_that_lasts_is_a_dead_end_and_one_that_passes_is_not() {
         let config = TrapConfig::default();
         let mut watch = TrapWatch::new(config);
-        let ticks = (config.detour_s / 0.1).round() as usize;
+        let (ticks, dt_s) = (8, config.detour_s / 8.0); // which add up without rounding
         let mut see = |detour_m: f64| {
-            watch.see_detour(detour_m, 0.1);
-            watch.step(Point2::new(1.0, 1.0), 5.0, 0.1).dead_end
+            watch.see_detour(detour_m, dt_s);
+            watch.step(Point2::new(1.0, 1.0), 5.0, dt_s).dead_end
         };
         assert!((0..ticks - 1).all(|_| !see(config.detour_m + 0.1)));
         assert!(!see(0.3));
