@@ -64,6 +64,12 @@ def test_a_kidnapped_robot_notices_and_finds_itself_again(drive, elsewhere):
     assert all(row[0] and row[1] < 0.2 for row in rows[-50:])
 
 
+@pytest.mark.xfail(strict=True, reason="by sonar it takes 11 s on this drive")
+def test_a_kidnapping_is_noticed_within_ten_seconds(drive, elsewhere):
+    rows = play(Localiser(ROOM, P3AT, start=drive.truth[0]), drive.part(0, 80).then(elsewhere))
+    assert not all(row[0] for row in rows[80:180])
+
+
 @pytest.mark.parametrize("aside", range(0, 360, 90))
 def test_a_start_told_wrong_by_a_quarter_metre_and_five_degrees_is_put_right(drive, aside):
     x, y, heading = drive.truth[0]

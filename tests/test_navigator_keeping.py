@@ -177,21 +177,34 @@ def test_motors_that_are_off_are_waited_for_and_leave_nothing_on_the_map():
     assert (inside == 1).sum() == 0
 
 
-def test_near_the_goal_it_neither_wobbles_nor_turns_away():
-    # Goals toward which the path does not bend in its last metre: a bend is followed, not cut.
-    for goal, heading in (((4.0, 1.5), 0.0), ((4.0, 3.0), 0.0), ((2.2, 3.1), -1.0)):
-        drive = Drive(cairn.World(hall(), resolution_m=0.05), start=(1.0, 1.5, heading))
-        drive.nav.set_goal(goal)
-        drive.until(ended)
-        drive.until(at_rest)
-        near = [d for d in drive.decisions if math.dist(d.pose[:2], goal) < 0.8]
-        turned = [
-            math.remainder(b.pose.heading - a.pose.heading, math.tau)
-            for a, b in itertools.pairwise(near)
-        ]
-        assert sum(map(abs, turned)) <= abs(sum(turned)) + 0.35
-        away = [math.dist(d.pose[:2], goal) for d in near]
-        assert all(b < a + 0.005 for a, b in itertools.pairwise(away))
+LATE_BEND = pytest.mark.xfail(
+    strict=True,
+    reason="the path bends by 45 degrees in its last metre, and the tracker follows that bend",
+)
+
+
+@pytest.mark.parametrize(
+    ("goal", "heading"),
+    [
+        pytest.param((4.0, 2.0), 0.0, marks=LATE_BEND),
+        ((4.0, 1.5), 0.0),
+        ((4.0, 3.0), 0.0),
+        ((2.2, 3.1), -1.0),
+    ],
+)
+def test_near_the_goal_it_neither_wobbles_nor_turns_away(goal, heading):
+    drive = Drive(cairn.World(hall(), resolution_m=0.05), start=(1.0, 1.5, heading))
+    drive.nav.set_goal(goal)
+    drive.until(ended)
+    drive.until(at_rest)
+    near = [d for d in drive.decisions if math.dist(d.pose[:2], goal) < 0.8]
+    turned = [
+        math.remainder(b.pose.heading - a.pose.heading, math.tau)
+        for a, b in itertools.pairwise(near)
+    ]
+    assert sum(map(abs, turned)) <= abs(sum(turned)) + 0.35
+    away = [math.dist(d.pose[:2], goal) for d in near]
+    assert all(b < a + 0.005 for a, b in itertools.pairwise(away))
 
 
 @pytest.mark.parametrize(("distance_m", "least_s", "most_s"), [(3.0, 0.0, 2.0), (30.0, 8.0, 20.0)])
