@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +15,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
 from cairn.cli.root import app, console
-from cairn.experiments.reproduce import ALL, Reproduction
+from cairn.experiments.reproduce import ALL, NOT_MADE
+from cairn.experiments.reproduction import Caption, Reproduction
 from cairn.record import write_summary
 from cairn.strict_json import plain
 
@@ -23,7 +25,7 @@ from cairn.strict_json import plain
 def reproduce(
     names: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[NAME]...", help=f"Of: {', '.join(ALL)}. All by default."),
+        typer.Argument(metavar="[NAME]...", help=f"Of: {', '.join(ALL)}; or all, the default."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -35,23 +37,34 @@ def reproduce(
         bool, typer.Option("--json", help="Print the record, nothing else.")
     ] = False,
 ) -> None:
-    """Reproduce figures and studies of the paper: tables here, pictures and record in a folder."""
-    wanted = list(dict.fromkeys(names or ALL))
+    """Reproduce figures, tables and studies of the paper.
+
+    Tables are printed; pictures, what agrees and what differs, and the record stay in a folder.
+    """
+    wanted = list(dict.fromkeys(names or ["all"]))
+    if "all" in wanted:
+        wanted = list(ALL)
     for name in wanted:
         if name not in ALL:
             raise typer.BadParameter(
                 f"there is no `{name}`; there are: {', '.join(ALL)}", param_hint="NAME"
             )
     if list_:
-        titles = {name: ALL[name]().title for name in wanted}
-        _list(titles, as_json)
+        _list({name: ALL[name]().title for name in wanted}, as_json)
         return
     records = {}
-    for name in wanted:
+    for number, name in enumerate(wanted, start=1):
         reproduction = ALL[name]()
         folder = (out or Path("runs/reproduce")) / name
-        record = plain(_measured(name, reproduction, seed, quiet=as_json))
+        said = name if len(wanted) == 1 else f"{number} of {len(wanted)}, {name}"
+        record = plain(_measured(said, reproduction, seed, quiet=as_json))
+        record["caption"] = asdict(reproduction.caption(record))
         written = [write_summary(record, folder), *reproduction.draw(record, folder)]
+        beside = folder / "caption.md"
+        beside.write_text(
+            reproduction.caption(record).markdown(reproduction.title), encoding="utf-8"
+        )
+        written.append(beside)
         records[name] = record
         if not as_json:
             _print(reproduction, record, written)
@@ -67,12 +80,17 @@ def _joined(records: dict[str, Any]) -> dict[str, Any]:
 
 def _list(titles: dict[str, str], as_json: bool) -> None:
     if as_json:
-        sys.stdout.write(json.dumps({"summary": titles}, indent=2) + "\n")
+        sys.stdout.write(json.dumps({"summary": titles, "not_made": NOT_MADE}, indent=2) + "\n")
         return
     table = Table("name", "what it shows", box=None, pad_edge=False)
     for name, title in titles.items():
         table.add_row(f"[bold]{name}[/]", escape(title))
     console.print(table)
+    left_out = Table("not made", "why", box=None, pad_edge=False)
+    for name, why in NOT_MADE.items():
+        left_out.add_row(f"[dim]{name}[/]", f"[dim]{escape(why)}[/]")
+    console.print()
+    console.print(left_out)
 
 
 def _measured(name: str, reproduction: Reproduction, seed: int, *, quiet: bool) -> dict[str, Any]:
@@ -104,4 +122,17 @@ def _print(reproduction: Reproduction, record: dict[str, Any], written: list[Pat
             table.add_row(*map(escape, row))
         console.print()
         console.print(table)
+    _print_caption(reproduction.caption(record))
     console.print("[dim]" + escape("  ".join(map(str, written))) + "[/]")
+
+
+def _print_caption(caption: Caption) -> None:
+    table = Table(box=None, show_header=False, pad_edge=False)
+    for colour, name, sentences in (
+        ("green", "agrees", caption.agrees),
+        ("yellow", "differs", caption.differs),
+    ):
+        for sentence in sentences:
+            table.add_row(f"[{colour}]{name}[/]", escape(sentence))
+    console.print()
+    console.print(table)
