@@ -10,10 +10,10 @@ from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
-from cairn.cli.root import app, console
+from cairn.cli.progress import bar
+from cairn.cli.root import app, console, ready
 from cairn.missions.result import EXIT_NOT_REACHED
 from cairn.record import write_summary
 from cairn.strict_json import plain
@@ -30,7 +30,9 @@ RULES = {"both": (False, True), "forbidden": (False,), "allowed": (True,)}
 def bench_plan(
     size: Annotated[
         str | None,
-        typer.Option(help="Cells a side, comma-separated; 1024,4096 and the aims at 512²."),
+        typer.Option(
+            help="Cells a side, comma-separated; by default 1024,4096, and 512 for the aims."
+        ),
     ] = None,
     classes: Annotated[str, typer.Option(help="Kinds of map, comma-separated, or all.")] = "all",
     repeats: Annotated[int, typer.Option(min=1, help="Rounds that count.")] = 5,
@@ -41,7 +43,7 @@ def bench_plan(
     budget: Annotated[
         float, typer.Option(min=0.0, help="Seconds that a contender may use for one map.")
     ] = 10.0,
-    seed: Annotated[int, typer.Option(min=0, help="Of the maps.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the maps.")] = 1,
     memory: Annotated[bool, typer.Option(help="Measure peak memory as well.")] = True,
     quick: Annotated[
         bool, typer.Option("--quick", help="512², three rounds, strict corners, a small budget.")
@@ -80,13 +82,16 @@ def bench_plan(
         seed=seed,
         memory=memory,
     )
+    out = ready(out or Path("runs/bench-plan"))
     record = _measure(settings, quiet=as_json)
     _end("plan", record, out, plans_section if markdown else None, _print if not as_json else None)
 
 
 @bench.command("movingai")
 def bench_movingai(
-    folder: Annotated[Path, typer.Argument(help="Holds .map files and their .map.scen files.")],
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="With .map files and their .map.scen files.")
+    ],
     repeats: Annotated[int, typer.Option(min=1, help="Timed fields of each map.")] = 9,
     out: Annotated[
         Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-movingai.")
@@ -107,9 +112,9 @@ def bench_movingai(
     if not paths:
         raise typer.BadParameter(f"{folder}: no .map file there", param_hint="FOLDER")
     results = []
-    hidden = as_json or not console.is_terminal
+    out = ready(out or Path("runs/bench-movingai"))
     machine = describe()
-    with Progress(*_columns(), console=console, transient=True, disable=hidden) as progress:
+    with bar() as progress:
         work = progress.add_task("", total=len(paths))
         for result in measuring.measure(
             paths, repeats, lambda text: progress.update(work, description=text)
@@ -137,7 +142,7 @@ def bench_graph(
     nodes: Annotated[str, typer.Option(help="Numbers of nodes, comma-separated.")] = "1000000",
     graphs: Annotated[str, typer.Option(help="Kinds, comma-separated, or all.")] = "all",
     repeats: Annotated[int, typer.Option(min=1, help="Rounds that count.")] = 5,
-    seed: Annotated[int, typer.Option(min=0, help="Of the graphs.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the graphs.")] = 1,
     out: Annotated[
         Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-graph.")
     ] = None,
@@ -154,10 +159,10 @@ def bench_graph(
     from cairn.experiments.machine import describe
 
     names = _names("--graphs", graphs, measuring.GRAPHS)
+    out = ready(out or Path("runs/bench-graph"))
     sizes = _sizes(nodes, (), "--nodes", most=100_000_000)
     machine, results = describe(), []
-    hidden = as_json or not console.is_terminal
-    with Progress(*_columns(), console=console, transient=True, disable=hidden) as progress:
+    with bar() as progress:
         work = progress.add_task("", total=len(names) * sum(sizes))
         for result in measuring.measure(
             names, sizes, repeats, seed, lambda text: progress.update(work, description=text)
@@ -185,7 +190,7 @@ def bench_repair(
     size: Annotated[str, typer.Option(help="Cells a side, comma-separated.")] = "4096",
     classes: Annotated[str, typer.Option(help="Kinds of map, comma-separated, or all.")] = "all",
     places: Annotated[int, typer.Option(min=1, help="Changes of each map.")] = 20,
-    seed: Annotated[int, typer.Option(min=0, help="Of maps and places.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of maps and places.")] = 1,
     out: Annotated[
         Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-repair.")
     ] = None,
@@ -202,10 +207,10 @@ def bench_repair(
     from cairn.experiments.machine import describe
 
     names = _names("--classes", classes, dict.fromkeys(measuring.CLASSES_REPAIRED))
+    out = ready(out or Path("runs/bench-repair"))
     sizes = _sizes(size, ())
     machine, results = describe(), []
-    hidden = as_json or not console.is_terminal
-    with Progress(*_columns(), console=console, transient=True, disable=hidden) as progress:
+    with bar() as progress:
         work = progress.add_task("", total=len(names) * sum(each**2 for each in sizes))
         for result in measuring.measure(
             names, sizes, places, seed, lambda text: progress.update(work, description=text)
@@ -231,7 +236,7 @@ def bench_repair(
 def _end(
     name: str,
     record: dict[str, Any],
-    out: Path | None,
+    out: Path,
     section: Callable[[dict[str, Any], str], str] | None,
     show: Callable[[dict[str, Any], list[Path]], None] | None,
 ) -> None:
@@ -241,7 +246,7 @@ def _end(
     """
     from cairn.experiments.bench_report import written
 
-    files = [write_summary(record, out or Path(f"runs/bench-{name}"))]
+    files = [write_summary(record, out)]
     if section is not None:
         written(BENCHMARKS, f"cairn bench {name}", section(record, _command()))
         files.append(BENCHMARKS)
@@ -296,31 +301,19 @@ def _print_machine(machine: dict[str, Any], files: list[Path]) -> None:
     console.print("[dim]" + "  ".join(map(str, files)) + "[/]")
 
 
-def _columns() -> tuple[Any, ...]:
-    return (
-        BarColumn(),
-        TextColumn("{task.percentage:3.0f} %"),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-        TextColumn("[dim]{task.description}[/]"),
-    )
-
-
 def _measure(settings: Any, quiet: bool) -> dict[str, Any]:
     """Measure every case, showing how far it is and how long it will take."""
     from cairn.experiments import bench_plan as measuring
 
-    hidden = quiet or not console.is_terminal
     machine = measuring.describe()
     results = []
-    with Progress(*_columns(), console=console, transient=True, disable=hidden) as progress:
+    with bar() as progress:
         work = progress.add_task("", total=sum(case.size**2 for case in settings.cases))
         bench = measuring.Bench(settings, lambda text: progress.update(work, description=text))
         for result in bench.run():
             results.append(result)
             progress.advance(work, result.cells)
-            if hidden and not quiet:
+            if not (quiet or console.is_terminal):
                 ns, ratio = result.ns("cairn"), result.ratio()
                 console.print(
                     f"[dim]{result.case}: {ns:.2f} ns per cell, Dial ÷ cairn {ratio:.1f}[/]"

@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
 
 from cairn.cli.bench import bench
-from cairn.cli.root import console
+from cairn.cli.progress import bar
+from cairn.cli.root import console, ready
 from cairn.record import write_summary
 from cairn.strict_json import plain
 
@@ -42,9 +42,10 @@ def bench_nav(
     ] = "cairn",
     robot: Annotated[str, typer.Option(help="jackal (lidar) or p3at (sonars only).")] = "jackal",
     trials: Annotated[int, typer.Option(min=1, help="Trials of each world.")] = 10,
-    seed: Annotated[int, typer.Option(min=0, help="Of everything drawn.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of everything random.")] = 1,
     processes: Annotated[
-        int | None, typer.Option(min=1, help="That share the work; by default one per core.")
+        int | None,
+        typer.Option(min=1, help="Processes that share the work; by default one per core."),
     ] = None,
     picture: Annotated[
         str | None, typer.Option(help="Draw one trial, WORLD or WORLD:TRIAL; nothing else is run.")
@@ -67,14 +68,14 @@ def bench_nav(
         raise typer.BadParameter(
             "give one of --worlds, --generate and --office", param_hint="--worlds"
         )
-    folder = out or Path("runs/bench-nav")
+    folder = ready(out or Path("runs/bench-nav"))
     if office is not None:
         body = "kinematic" if kinematic else "mujoco"
         numbers = wanted or tuple(range(office))
         if picture is not None:
             _draw_mission(picture, seed, body, folder)
             return
-        with _watched(len(numbers), quiet=as_json) as told:
+        with _watched(len(numbers)) as told:
             record = measuring.run_office(numbers, seed, body, processes or cores(), told)
         _show(record, folder, as_json)
         return
@@ -89,21 +90,16 @@ def bench_nav(
     if picture is not None:
         _draw(settings, picture, folder)
         return
-    with _watched(len(chosen) * trials, quiet=as_json) as told:
+    with _watched(len(chosen) * trials) as told:
         record = measuring.run(settings, told)
     _show(record, folder, as_json)
 
 
 @contextmanager
-def _watched(total: int, *, quiet: bool) -> Iterator[Callable[[Any], None]]:
+def _watched(total: int) -> Iterator[Callable[[Any], None]]:
     """What to call with every trial, while a line shows how far it is."""
-    columns = (
-        BarColumn(), TextColumn("{task.percentage:3.0f} %"), TimeElapsedColumn(),
-        TextColumn("left"), TimeRemainingColumn(), TextColumn("[dim]{task.description}[/]"),
-    )  # fmt: skip
-    hidden = quiet or not console.is_terminal
     good = done = 0
-    with Progress(*columns, console=console, transient=True, disable=hidden) as progress:
+    with bar() as progress:
         work = progress.add_task("", total=total)
 
         def told(trial: Any) -> None:

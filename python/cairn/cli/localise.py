@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.progress import Progress
 from rich.table import Table
 
-from cairn.cli.bench import _columns, _names, _print_machine, bench
-from cairn.cli.root import app, console
+from cairn.cli.bench import _names, _print_machine, bench
+from cairn.cli.progress import bar, busy
+from cairn.cli.root import app, console, ready
 from cairn.record import write_summary
 from cairn.strict_json import plain
 
@@ -22,10 +22,12 @@ from cairn.strict_json import plain
 def spin_test_command(
     robot: Annotated[str, typer.Option(help="kinematic or mujoco.")] = "mujoco",
     profile: Annotated[str, typer.Option(help="Profile, shipped or a file.")] = "p3at",
-    turns: Annotated[float, typer.Option(min=0.1, help="Of each spin.")] = 3.0,
-    rates: Annotated[str, typer.Option(help="Turn rates [rad/s], comma-separated.")] = "0.5,1,1.5",
-    rest: Annotated[float, typer.Option(min=0.2, help="Seconds at rest, before and after.")] = 8.0,
-    seed: Annotated[int, typer.Option(min=0, help="Of the robot's noise and floor.")] = 1,
+    turns: Annotated[float, typer.Option(min=0.1, help="Turns of each spin.")] = 3.0,
+    rates: Annotated[str, typer.Option(help="Turn rates in rad/s, comma-separated.")] = "0.5,1,1.5",
+    rest: Annotated[
+        float, typer.Option(min=0.2, help="Seconds at rest, before and after the spins.")
+    ] = 8.0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the robot's noise and floor.")] = 1,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record, nothing else.")
     ] = False,
@@ -41,14 +43,15 @@ def spin_test_command(
         wanted = tuple(float(rate) for rate in rates.split(","))
     except ValueError:
         raise typer.BadParameter(f"`{rates}` are no numbers", param_hint="--rates") from None
-    quiet = as_json or not console.is_terminal
-    found = spin_test(
-        make_robot(robot, Profile.load(profile), seed),
-        turns=turns,
-        rates_radps=wanted,
-        rest_s=rest,
-        watch=None if quiet else lambda text: console.print(f"[dim]{text}[/]"),
-    )
+    with bar() as progress:
+        task = progress.add_task("", total=2 * len(wanted) + 3)
+        found = spin_test(
+            make_robot(robot, Profile.load(profile), seed),
+            turns=turns,
+            rates_radps=wanted,
+            rest_s=rest,
+            watch=lambda text: progress.update(task, advance=1, description=text),
+        )
     if as_json:
         record = {"summary": {k: v for k, v in found.to_dict().items() if k != "spins"}}
         record["spins"] = found.to_dict()["spins"]
@@ -103,7 +106,8 @@ def bench_odometry(
         raise typer.BadParameter(f"`{robot}` is none of kinematic, mujoco", param_hint="--robot")
     names = _names("--courses", courses, dict.fromkeys(measuring.COURSES))
     settings = measuring.Settings(names, robot, way, seeds)
-    runs = _all(measuring.measure(settings), len(names) * seeds, as_json)
+    folder = ready(out or Path("runs/bench-odometry"))
+    runs = _all(measuring.measure(settings), len(names) * seeds)
     rows = measuring.table(runs)
     record = plain(
         {
@@ -113,7 +117,7 @@ def bench_odometry(
             "runs": runs,
         }
     )
-    files = [write_summary(record, out or Path("runs/bench-odometry"))]
+    files = [write_summary(record, folder)]
     if as_json:
         sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
         return
@@ -141,10 +145,15 @@ def bench_localise(
     maps: Annotated[str, typer.Option(help="Shipped maps, comma-separated, or all.")] = "all",
     sensors: Annotated[str, typer.Option(help="sonar, lidar or all.")] = "all",
     trials: Annotated[int, typer.Option(min=1, help="Drives of each map and sensor.")] = 20,
-    seconds: Annotated[float, typer.Option(min=20.0, help="Of each drive.")] = 60.0,
+    seconds: Annotated[
+        float, typer.Option(min=20.0, help="Simulated seconds of each drive.")
+    ] = 60.0,
     boxes: Annotated[int, typer.Option(min=0, help="Things that no map shows.")] = 6,
-    seed: Annotated[int, typer.Option(min=0, help="Of places and noise.")] = 1,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of places and noise.")] = 1,
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, help="Processes that share the work; by default one per core."),
+    ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="Draw a kidnapping on the first map here.")
     ] = None,
@@ -168,9 +177,11 @@ def bench_localise(
     settings = measuring.Settings(
         chosen, _names("--sensors", sensors, measuring.SENSORS), trials, seconds, boxes, seed
     )
-    timing = measuring.speed()
+    folder = ready(out or Path("runs/bench-localise"))
+    with busy("timing one update"):
+        timing = measuring.speed()
     work = measuring.measure(settings, workers or cores())
-    done = _all(work, len(measuring.jobs_of(settings)), as_json)
+    done = _all(work, len(measuring.jobs_of(settings)))
     rows = measuring.table(done)
     record = plain(
         {
@@ -181,7 +192,7 @@ def bench_localise(
             "trials": done,
         }
     )
-    files = [write_summary(record, out or Path("runs/bench-localise"))]
+    files = [write_summary(record, folder)]
     if picture is not None:
         from cairn.view.localisation import draw_kidnapping
 
@@ -218,14 +229,13 @@ def bench_localise(
     _print_machine(record["machine"], files)
 
 
-def _all(work: Any, total: int, quiet: bool) -> list[dict[str, Any]]:
+def _all(work: Any, total: int) -> list[dict[str, Any]]:
     found: list[dict[str, Any]] = []
-    hidden = quiet or not console.is_terminal
-    with Progress(*_columns(), console=console, transient=True, disable=hidden) as progress:
-        bar = progress.add_task("", total=total)
+    with bar() as progress:
+        task = progress.add_task("", total=total)
         for some in work:
             found.extend(some)
-            progress.advance(bar)
+            progress.advance(task)
     return found
 
 

@@ -13,6 +13,9 @@ import numpy as np
 import typer
 
 import cairn
+from cairn import maps
+from cairn.cli.completion import names_of
+from cairn.cli.progress import busy
 from cairn.cli.root import app, console
 from cairn.missions.result import EXIT_NOT_REACHED, tidy
 
@@ -20,30 +23,43 @@ from cairn.missions.result import EXIT_NOT_REACHED, tidy
 @app.command()
 def plan(
     map_: Annotated[
-        str, typer.Argument(metavar="MAP", help="A map file, or a shipped map's name.")
+        str,
+        typer.Argument(
+            metavar="MAP",
+            help=f"A map file, or the name of a shipped one: {', '.join(maps.shipped())}.",
+            autocompletion=names_of("maps"),
+        ),
     ],
-    goal: Annotated[str, typer.Option(help="X,Y in metres, or a place of the map.")],
-    start: Annotated[str | None, typer.Option(help="X,Y in metres, or a place of the map.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the cost-to-go as .npy.")] = None,
+    goal: Annotated[str, typer.Option(help="X,Y in metres, or the name of a place of the map.")],
+    start: Annotated[str | None, typer.Option(help="The same; with it the path is found.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Write the cost-to-go of every cell here, as .npy.")
+    ] = None,
     robot: Annotated[
-        str | None, typer.Option(help="Keep this robot's outline clear of things, such as p3at.")
+        str | None,
+        typer.Option(
+            help="Profile of the robot to keep clear of things, p3at say; by default a point.",
+            autocompletion=names_of("profiles"),
+        ),
     ] = None,
     any_angle: Annotated[
         bool, typer.Option("--any-angle", help="Go straight wherever that costs no more.")
     ] = False,
     terrain: Annotated[
         str | None,
-        typer.Option(help="MAP holds heights: price moves by p3at_energy, p3at_time, tobler, ..."),
+        typer.Option(
+            help="MAP is a .npy of heights in metres; prices: p3at_energy, p3at_time, tobler."
+        ),
     ] = None,
     cell_size: Annotated[
-        float | None, typer.Option(help="Side of the cells of a terrain in metres.")
+        float | None, typer.Option(help="Side of a cell of a terrain in metres.")
     ] = None,
-    picture: Annotated[Path | None, typer.Option(help="Draw contours and the path.")] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Draw contours of the field and the path here, as .png.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, nothing else.")] = False,
 ) -> None:
-    """Plan to a goal: one field for every start. Code 3 if there is no way from the start."""
-    from cairn import maps
-
+    """Plan to a goal: one field for all starts. Code 3 if there is no way from the start."""
     if out is not None and out.suffix != ".npy":
         raise typer.BadParameter(f"{out}: only .npy is written", param_hint="--out")
     if picture is not None and picture.suffix != ".png":
@@ -58,13 +74,15 @@ def plan(
         return plan_terrain(map_, terrain, cell_size, goal, start, out, picture, as_json)
     if cell_size is not None:
         raise typer.BadParameter("only for --terrain", param_hint="--cell-size")
-    world = maps.load(map_)
+    with busy(f"reading {map_}"):
+        world = maps.load(map_)
     goal_m = _point(goal, world, "--goal")
     start_m = None if start is None else _point(start, world, "--start")
     began = time.perf_counter()
-    priced = world if robot is None else cairn.costmap(world, cairn.Profile.load(robot))
-    field = cairn.plan(priced, goal=goal_m)
-    cost_to_go = field.cost_to_go
+    with busy(f"planning on {world.name}"):
+        priced = world if robot is None else cairn.costmap(world, cairn.Profile.load(robot))
+        field = cairn.plan(priced, goal=goal_m)
+        cost_to_go = field.cost_to_go
     took = time.perf_counter() - began
     path = None if start_m is None else field.path(start_m, any_angle=any_angle)
     if out is not None:
@@ -72,7 +90,8 @@ def plan(
     if picture is not None:
         from cairn.view.picture import draw_plan
 
-        draw_plan(world, cost_to_go, goal_m, picture, start=start_m, way=path)
+        with busy("drawing"):
+            draw_plan(world, cost_to_go, goal_m, picture, start=start_m, way=path)
     length_m = None if path is None else float(np.hypot(*np.diff(path, axis=0).T).sum())
     reachable = int(np.isfinite(cost_to_go).sum())
     summary = {

@@ -13,6 +13,7 @@ import numpy as np
 import typer
 
 import cairn
+from cairn.cli.progress import busy
 from cairn.cli.root import console
 from cairn.maps.arrays import load_elevation
 from cairn.missions.result import EXIT_NOT_REACHED, tidy
@@ -36,8 +37,9 @@ def plan_terrain(
     elevation = load_elevation(map_)
     goal_cell = _cell(goal, cell_size, elevation.shape, "--goal")
     began = time.perf_counter()
-    field = cairn.plan_terrain(elevation, cell_size, goal_cell, model)
-    cost_to_go = field.cost_to_go
+    with busy(f"planning over {Path(map_).name}"):
+        field = cairn.plan_terrain(elevation, cell_size, goal_cell, model)
+        cost_to_go = field.cost_to_go
     took = time.perf_counter() - began
     start_cell = None if start is None else _cell(start, cell_size, elevation.shape, "--start")
     path = None if start_cell is None else field.path(start_cell)

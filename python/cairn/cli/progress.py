@@ -1,26 +1,53 @@
-"""The progress of a run on the terminal: simulated time, way to go, mode, and what is left."""
+"""Progress on the terminal: how far it is and how long it will still take.
+
+Shown on stderr, and only to a person: what a command prints to stdout is the same with and without.
+"""
 
 from __future__ import annotations
 
+import contextlib
 import time
 from types import TracebackType
 from typing import Self
 
-from rich.console import Console
 from rich.live import Live
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.progress import Progress as Bar
+from rich.status import Status
 from rich.table import Table
 
+from cairn.cli.root import complaints
 from cairn.missions import Scenario, Tick
 
 REFRESH_S = 0.1
 
 
+def bar() -> Bar:
+    """A bar with what has been done, the time it took, the time left and what is being done."""
+    return Bar(
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TimeElapsedColumn(),
+        TextColumn("left"),
+        TimeRemainingColumn(),
+        TextColumn("[dim]{task.description}[/]"),
+        console=complaints,
+        transient=True,
+        disable=not complaints.is_terminal,
+    )
+
+
+def busy(what: str) -> Status | contextlib.nullcontext[None]:
+    """Say what is going on where nobody can tell how long it takes."""
+    return complaints.status(what) if complaints.is_terminal else contextlib.nullcontext()
+
+
 class Progress:
     """An observer of `cairn.missions.run` that shows one line per robot while it runs."""
 
-    def __init__(self, console: Console, scenario: Scenario) -> None:
-        """Get ready to show on `console`."""
-        self._live = Live(console=console, auto_refresh=False, transient=True)
+    def __init__(self, scenario: Scenario) -> None:
+        """Get ready to show."""
+        self._live = Live(console=complaints, auto_refresh=False, transient=True)
         self._name, self._limit_s = scenario.name, scenario.timeout_s
         self._ticks: dict[str, Tick] = {}
         self._first: dict[str, tuple[object, float, float]] = {}

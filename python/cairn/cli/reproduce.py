@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import sys
 from dataclasses import asdict
@@ -11,10 +10,10 @@ from typing import Annotated, Any
 
 import typer
 from rich.markup import escape
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from cairn.cli.root import app, console
+from cairn.cli.progress import bar
+from cairn.cli.root import app, console, ready
 from cairn.experiments.reproduce import ALL, NOT_MADE
 from cairn.experiments.reproduction import Caption, Reproduction
 from cairn.record import write_summary
@@ -29,10 +28,12 @@ def reproduce(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="Folder to write into, one of its own for each; runs/reproduce."),
+        typer.Option(help="Folder to write, a folder in it for each; by default runs/reproduce."),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of whatever is random.")] = 1,
-    list_: Annotated[bool, typer.Option("--list", help="Only list what there is.")] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of whatever is random.")] = 1,
+    list_: Annotated[
+        bool, typer.Option("--list", help="Only list what there is to reproduce.")
+    ] = False,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record, nothing else.")
     ] = False,
@@ -54,10 +55,9 @@ def reproduce(
         return
     records = {}
     for number, name in enumerate(wanted, start=1):
-        reproduction = ALL[name]()
-        folder = (out or Path("runs/reproduce")) / name
+        reproduction, folder = ALL[name](), ready((out or Path("runs/reproduce")) / name)
         said = name if len(wanted) == 1 else f"{number} of {len(wanted)}, {name}"
-        record = plain(_measured(said, reproduction, seed, quiet=as_json))
+        record = plain(_measured(said, reproduction, seed))
         record["caption"] = asdict(reproduction.caption(record))
         written = [write_summary(record, folder), *reproduction.draw(record, folder)]
         beside = folder / "caption.md"
@@ -93,19 +93,14 @@ def _list(titles: dict[str, str], as_json: bool) -> None:
     console.print(left_out)
 
 
-def _measured(name: str, reproduction: Reproduction, seed: int, *, quiet: bool) -> dict[str, Any]:
-    bar = Progress(
-        TextColumn("[dim]{task.description}[/]"), BarColumn(), TimeElapsedColumn(),
-        console=console, transient=True, disable=quiet or not console.is_terminal,
-    )  # fmt: skip
-    with contextlib.ExitStack() as stack:
-        stack.enter_context(bar)
-        task = bar.add_task(name, total=reproduction.steps())
+def _measured(name: str, reproduction: Reproduction, seed: int) -> dict[str, Any]:
+    with bar() as progress:
+        task = progress.add_task(name, total=reproduction.steps())
         begun = 0
 
         def advance(what: str) -> None:
             nonlocal begun
-            bar.update(task, description=f"{name}: {what}", completed=begun)
+            progress.update(task, description=f"{name}: {what}", completed=begun)
             begun += 1
 
         return reproduction.measure(seed, advance)

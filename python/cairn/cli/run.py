@@ -11,8 +11,9 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
-from cairn.cli.progress import Progress
-from cairn.cli.root import app, complain, console
+from cairn.cli.completion import names_of
+from cairn.cli.progress import Progress, bar, busy
+from cairn.cli.root import app, complain, complaints, console, ready
 from cairn.errors import CairnError
 from cairn.missions import Change, Result, Scenario, coverage, run, run_many, shipped
 from cairn.missions.result import EXIT_CONTACT, EXIT_NOT_REACHED, EXIT_OK, EXIT_USAGE
@@ -27,12 +28,23 @@ VERDICT = {
 
 @app.command("run")
 def run_command(
-    scenario: Annotated[str, typer.Argument(help="A .toml file, or the name of a shipped one.")],
+    scenario: Annotated[
+        str,
+        typer.Argument(
+            metavar="SCENARIO",
+            help="A .toml file, or the name of a shipped one; see `cairn scenarios`.",
+            autocompletion=names_of("scenarios"),
+        ),
+    ],
     seed: Annotated[
-        int | None, typer.Option(min=0, help="Of all noise; by default the scenario's.")
+        int | None,
+        typer.Option(
+            min=0, max=2**32 - 1, help="Seed of all that is random; by default the scenario's."
+        ),
     ] = None,
     seeds: Annotated[
-        int | None, typer.Option(min=1, help="Run seeds 1 to this and print one table.")
+        int | None,
+        typer.Option(min=1, help="Run with seeds 1 to this, in parallel, and print one table."),
     ] = None,
     record: Annotated[
         Path | None,
@@ -41,7 +53,9 @@ def run_command(
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record, nothing else.")
     ] = False,
-    picture: Annotated[bool, typer.Option(help="Draw the run into the folder.")] = True,
+    picture: Annotated[
+        bool, typer.Option(help="Draw the run into the folder as picture.png.")
+    ] = True,
 ) -> None:
     """Run a mission; `summary.json` and a picture stay in runs/<name>."""
     if seeds is not None:
@@ -49,12 +63,11 @@ def run_command(
             raise typer.BadParameter("give --seed or --seeds, not both")
         raise typer.Exit(_table([scenario], seeds, as_json))
     mission = Scenario.load(scenario)
-    folder = record or Path("runs") / mission.name
-    quiet = as_json or not console.is_terminal
+    folder = ready(record or Path("runs") / mission.name)
     with contextlib.ExitStack() as stack:
         observers: list[Any] = []
-        if not quiet:
-            observers.append(stack.enter_context(Progress(console, mission)))
+        if complaints.is_terminal:
+            observers.append(stack.enter_context(Progress(mission)))
         if record is not None:
             observers.append(stack.enter_context(DecisionLog(folder)))
         result = run(mission, seed=seed, observers=observers)
@@ -62,7 +75,8 @@ def run_command(
     if picture:
         from cairn.view.picture import draw_run
 
-        written.append(draw_run(result, folder / "picture.png"))
+        with busy("drawing"):
+            written.append(draw_run(result, folder / "picture.png"))
     if as_json:
         sys.stdout.write(json.dumps(result.to_dict(), indent=2, allow_nan=False) + "\n")
     else:
@@ -74,7 +88,7 @@ def run_command(
 @app.command()
 def scenarios(
     seeds: Annotated[
-        int, typer.Option(min=0, help="Run every shipped scenario with seeds 1 to this; 0: list.")
+        int, typer.Option(min=0, help="Run them all with seeds 1 to this; 0: only list them.")
     ] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON, nothing else.")] = False,
 ) -> None:
@@ -84,7 +98,7 @@ def scenarios(
     missions = [Scenario.load(name) for name in shipped()]
     if as_json:
         listed = {mission.name: mission.description for mission in missions}
-        sys.stdout.write(json.dumps(listed, indent=2) + "\n")
+        sys.stdout.write(json.dumps({"summary": listed}, indent=2, ensure_ascii=False) + "\n")
         return
     table = Table("scenario", "robot", "what happens", box=None, pad_edge=False)
     for mission in missions:
@@ -133,17 +147,14 @@ def _table(names: list[str], seeds: int, as_json: bool) -> int:
     records: dict[str, list[dict[str, Any]]] = {name: [] for name in names}
     summaries: dict[str, list[dict[str, Any]]] = {}
     failures: list[Exception] = []
-    show = None if as_json or not console.is_terminal else console.status("running …")
-    total, finished = len(names) * seeds, 0
-    with show or contextlib.nullcontext():
+    with bar() as progress:
+        work = progress.add_task("", total=len(names) * seeds)
         for (name, seed), record in run_many(names, range(1, seeds + 1)):
-            finished += 1
             if isinstance(record, Exception):
                 failures.append(record)
             else:
                 records[name].append(record)
-            if show:
-                show.update(f"{finished} of {total} runs, last: {name}, seed {seed}")
+            progress.update(work, advance=1, description=f"{name}, seed {seed}")
     for name, runs in records.items():
         summaries[name] = sorted((run["summary"] for run in runs), key=lambda s: s["seed"])
     counts = coverage(records)

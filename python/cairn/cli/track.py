@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
-from cairn.cli.root import app, console
+from cairn.cli.progress import bar
+from cairn.cli.root import app, console, ready
 from cairn.missions.result import EXIT_NOT_REACHED
 from cairn.record import write_summary
 from cairn.strict_json import plain
@@ -22,14 +22,14 @@ ROBOTS = ("kinematic", "mujoco")
 
 @app.command("track")
 def track_command(
-    path: Annotated[
-        str, typer.Argument(metavar="PATH", help=f"{', '.join(PATHS)}; all of them; or swap.")
-    ],
+    path: Annotated[str, typer.Argument(metavar="PATH", help=f"{', '.join(PATHS)}, swap, or all.")],
     robot: Annotated[str, typer.Option(help="kinematic or mujoco.")] = "kinematic",
-    speed: Annotated[float, typer.Option(min=0.05, help="Greatest speed [m/s].")] = 0.5,
-    spacing: Annotated[float, typer.Option(min=0.02, help="Between waypoints [m].")] = 0.2,
+    speed: Annotated[float, typer.Option(min=0.05, help="Greatest speed in m/s.")] = 0.5,
+    spacing: Annotated[
+        float, typer.Option(min=0.02, help="Distance between waypoints in metres.")
+    ] = 0.2,
     under: Annotated[
-        str, typer.Option(help="none, slip, carpet, latency, late or noise.")
+        str, typer.Option(help="What disturbs: none, slip, carpet, latency, late or noise.")
     ] = "none",
     controller: Annotated[
         str, typer.Option(help="A .toml file, or the name of a shipped one.")
@@ -37,8 +37,10 @@ def track_command(
     sweep: Annotated[
         bool, typer.Option("--sweep", help="Every spacing and speed, without baselines.")
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 1,
-    out: Annotated[Path | None, typer.Option(help="Folder; by default runs/track-PATH.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 1,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder to write; by default runs/track-PATH.")
+    ] = None,
     picture: Annotated[bool, typer.Option(help="Draw the drives into the folder.")] = True,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record, nothing else.")
@@ -62,17 +64,16 @@ def track_command(
                 f"there is no `{value}`; there are: {', '.join(known)}", param_hint=option
             )
     setting = track.Setting(robot, speed, spacing, controller, under, seed)
-    folder = out or Path("runs") / f"track-{path}"
-    quiet = as_json or not console.is_terminal
+    folder = ready(out or Path("runs") / f"track-{path}")
     names = PATHS if path == "all" else (path,)
     records: dict[str, dict[str, Any]] = {}
     written: list[Path] = []
-    with _bar(quiet) as bar:
-        task = bar.add_task("", total=None)
+    with bar() as progress:
+        task = progress.add_task("", total=len(names) * track.steps(sweep=sweep))
         for name in names:
 
             def advance(what: str, name: str = name) -> None:
-                bar.update(task, description=f"{name}: {what}")
+                progress.update(task, advance=1, description=f"{name}: {what}")
 
             if name == "swap":
                 records[name] = plain(track.swap(setting))
@@ -96,9 +97,13 @@ def track_command(
 
 @app.command("tune")
 def tune_command(
-    out: Annotated[Path, typer.Argument(help="The controller file to write.")],
+    out: Annotated[
+        Path, typer.Argument(metavar="FILE", help="The controller file to write, as .toml.")
+    ],
     evaluations: Annotated[int, typer.Option(min=1, help="Candidates to try.")] = 3000,
-    seed: Annotated[int, typer.Option(min=1, help="Of the training paths and the search.")] = 1,
+    seed: Annotated[
+        int, typer.Option(min=1, help="Seed of the training paths and the search.")
+    ] = 1,
     workers: Annotated[int, typer.Option(min=1, help="Processes to rehearse in.")] = 1,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record, nothing else.")
@@ -108,16 +113,18 @@ def tune_command(
     from cairn.experiments import track_tuning
     from cairn.experiments.track_design import controller_text
 
-    with _bar(as_json or not console.is_terminal) as bar:
-        task = bar.add_task("tuning", total=evaluations)
+    if out.is_dir():
+        raise typer.BadParameter(f"{out} is a folder", param_hint="FILE")
+    ready(out.parent)
+    with bar() as progress:
+        task = progress.add_task("tuning", total=evaluations)
 
         def advance(count: int, cost: float, _best: object) -> None:
-            bar.update(task, completed=count, description=f"least cost {cost:.3f}")
+            progress.update(task, completed=count, description=f"least cost {cost:.3f}")
 
         best, record = track_tuning.tune(
             seed=seed, evaluations=evaluations, workers=workers, advance=advance
         )
-    out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(controller_text(best), encoding="utf-8")
     summary = {key: record[key] for key in ("seed", "evaluations", "cost")}
     if as_json:
@@ -128,13 +135,6 @@ def tune_command(
             f"cost {record['history'][0][1]:.3f} → {record['cost']:.3f} after "
             f"{record['evaluations']} candidates, seed {seed}: {out}"
         )
-
-
-def _bar(quiet: bool) -> Progress:
-    return Progress(
-        TextColumn("[dim]{task.description}[/]"), BarColumn(), TimeElapsedColumn(),
-        console=console, transient=True, disable=quiet,
-    )  # fmt: skip
 
 
 def _drawn(name: str, record: dict[str, Any], folder: Path, sweep: bool) -> Path:

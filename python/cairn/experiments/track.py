@@ -208,6 +208,12 @@ SPACINGS_M = (0.1, 0.15, 0.2, 0.3, 0.45, 0.6)
 SPEEDS_MPS = (0.3, 0.5, 0.7)
 
 
+def steps(*, sweep: bool) -> int:
+    """How often `sweep`, or else `compare`, tells of an advance."""
+    swept = len(SPEEDS_MPS) * len(SPACINGS_M)
+    return swept if sweep else 1 + len(BASELINES) * len(LOOKAHEADS_M)
+
+
 def sweep(
     reference: Reference, setting: Setting, advance: Callable[[str], None] = lambda what: None
 ) -> dict[str, Any]:
