@@ -81,8 +81,8 @@ class Physics(_Table):
     mass_kg: Positive = Field(description="whole robot, battery included")
     body_height_m: Positive = Field(description="of the body box; its sides are the footprint's")
     ground_clearance_m: Positive = Field(description="from the floor to the body box")
-    wheel_radius_m: Positive
-    wheel_width_m: Positive
+    wheel_radius_m: Positive = Field(description="of the tyres, loaded")
+    wheel_width_m: Positive = Field(description="of the tyres")
     wheel_mass_kg: Positive = Field(description="of each of the four wheels")
     wheelbase_m: Positive = Field(description="between the axles")
     track_m: Positive = Field(description="between the wheels' middle planes")

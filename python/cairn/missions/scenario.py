@@ -27,15 +27,24 @@ Seed = Annotated[int, Field(ge=0, lt=2**32)]
 
 
 class _Model(BaseModel):
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, frozen=True, strict=False)
+    model_config = ConfigDict(
+        extra="forbid",
+        allow_inf_nan=False,
+        frozen=True,
+        strict=False,
+        use_attribute_docstrings=True,
+    )
 
 
 class _Where(_Model):
     """A point [m, world frame], or the name of a place of the world."""
 
     x_m: float | None = None
+    """World frame [m]; with `y_m`, instead of `place`."""
     y_m: float | None = None
+    """World frame [m]."""
     place: str | None = None
+    """A named place of the map."""
 
     def _names_one_place(self) -> bool:
         return self.place is not None or self.x_m is not None or self.y_m is not None
@@ -51,7 +60,9 @@ class Start(_Where):
     """Where a robot stands at the beginning; the heading is counter-clockwise from +x."""
 
     heading_rad: float | None = None
-    known: bool = True  # to the navigator; otherwise it has to find out where it stands
+    """Counter-clockwise from +x [rad]; if not given that of the place, or 0."""
+    known: bool = True
+    """To the navigator; otherwise it has to find out where it stands (`pose = "localised"`)."""
 
     @model_validator(mode="after")
     def _is_one_place(self) -> Start:
@@ -63,8 +74,11 @@ class Goal(_Where):
     """Something to do: drive to a point or place, or explore without a goal for some time."""
 
     explore_s: Positive | None = None
-    wait_s: NotNegative = 0.0  # standing still before it begins
+    """Explore without a goal for so long [s], instead of a point or place."""
+    wait_s: NotNegative = 0.0
+    """Standing still before it begins [s]."""
     expect: Literal["reached", "refused"] = "reached"
+    """How it ought to end: `refused` where that is the point."""
 
     @model_validator(mode="after")
     def _is_one_task(self) -> Goal:
@@ -83,16 +97,27 @@ class Box(_Model):
     """
 
     x_m: float
+    """Of its centre, world frame [m]."""
     y_m: float
+    """Of its centre, world frame [m]."""
     length_m: Positive
+    """Along its own x axis [m]."""
     width_m: Positive
+    """Along its own y axis [m]."""
     height_m: Positive = 0.6
+    """Over the floor [m]."""
     yaw_rad: float = 0.0
+    """Of its own x axis, counter-clockwise from the world's [rad]."""
     name: str = "box"
+    """In pictures and records."""
     from_s: NotNegative = 0.0
+    """When it is put there [s]."""
     until_s: Positive | None = None
+    """When it is taken away [s]; if not given, never."""
     appears_within_m: Positive | None = None
+    """It is put there only once a robot is this near [m]."""
     appears_near_m: tuple[float, float] | None = None
+    """Near to this point, world frame [m]; if not given, to the box itself."""
 
     @model_validator(mode="after")
     def _stands_for_a_time(self) -> Box:
@@ -109,10 +134,15 @@ class _Event(_Model):
     """
 
     at_s: NotNegative | None = None
+    """Once so much time is over [s]."""
     at_distance_m: NotNegative | None = None
+    """Once its robot has driven that far [m]."""
     when_mode: Mode | None = None
+    """Once its robot's navigator is in this mode."""
     mode_for_s: NotNegative = 0.0
+    """And has been for so long [s]."""
     robot: Annotated[int, Field(ge=0)] = 0
+    """Number of its robot, from 0."""
 
     @model_validator(mode="after")
     def _happens_once(self) -> _Event:
@@ -127,15 +157,20 @@ class Shove(_Event):
     """The robot is pushed: `dx_m` forward, `dy_m` to its left, turned by `dheading_rad`."""
 
     do: Literal["shove"]
+    """The wheels do not notice."""
     dx_m: float = 0.0
+    """Forward [m]."""
     dy_m: float = 0.0
+    """To its left [m]."""
     dheading_rad: float = 0.0
+    """Counter-clockwise [rad]."""
 
 
 class NewGoal(_Event, _Where):
     """The goal under way is replaced by another one while the robot drives."""
 
     do: Literal["new_goal"]
+    """The goal is a point or a place."""
 
     @model_validator(mode="after")
     def _is_one_place(self) -> NewGoal:
@@ -147,13 +182,16 @@ class Cancel(_Event):
     """The goal under way is called off; the robot stops and takes the next one."""
 
     do: Literal["cancel"]
+    """No other keys than those of every event."""
 
 
 class EmergencyStop(_Event):
     """Somebody presses the robot's emergency stop for a while: its motors ignore the navigator."""
 
     do: Literal["emergency_stop"]
+    """The motors brake hard."""
     for_s: Positive
+    """How long it stays pressed [s]."""
 
 
 class Hold(_Event):
@@ -164,7 +202,9 @@ class Hold(_Event):
     """
 
     do: Literal["hold"]
+    """Driving back is possible."""
     half_width_m: Positive = 0.4
+    """Of the line that holds it [m]."""
 
 
 Event = Annotated[Shove | NewGoal | Cancel | EmergencyStop | Hold, Field(discriminator="do")]
@@ -177,14 +217,18 @@ class RobotEntry(_Model):
     """
 
     name: str
+    """In tables, pictures and records; no two the same."""
     start: Start
+    """As `[start]` of a single robot."""
     goals: tuple[Goal, ...] = ()
+    """Its own goals."""
 
 
 class WorldEntry(_Model):
     """What really stands there, where that differs from the map the robot is given."""
 
     map: str
+    """A map file beside the scenario, or the name of a shipped map."""
 
 
 class Expect(_Model):
@@ -194,12 +238,19 @@ class Expect(_Model):
     """
 
     plan_count: Annotated[int, Field(ge=0)] | None = None
+    """How often it plans, all robots together."""
     plan_count_at_least: Annotated[int, Field(ge=0)] | None = None
+    """The same, at least."""
     transitions_at_least: Annotated[int, Field(ge=0)] | None = None
+    """How often the mode changes, at least."""
     modes: tuple[Mode, ...] = ()
-    transitions: tuple[str, ...] = ()  # events that must change the mode, `local_minimum`, say
-    recoveries: tuple[str, ...] = ()  # causes that it must recover from, `way_shut`, say
+    """Modes that must be entered."""
+    transitions: tuple[str, ...] = ()
+    """Events that must change the mode, `local_minimum`, say."""
+    recoveries: tuple[str, ...] = ()
+    """Causes that it must recover from, `way_shut`, say."""
     path_length_at_least_m: NotNegative | None = None
+    """How far it must have driven [m]."""
 
     @field_validator("transitions")
     @classmethod
@@ -217,23 +268,44 @@ class Scenario(_Model):
     """A mission, checked. Read one with `Scenario.load`, or build it from a dict."""
 
     name: Annotated[str, Field(min_length=1, pattern=r"^[\w.-]+$")]
+    """What it is called; `runs/<name>` is where a run is kept."""
     description: str = ""
+    """One line for lists."""
     map: str
+    """What the robot is given: a map file beside this one, a shipped map's name, or `"none"`."""
     world: WorldEntry | None = None
+    """What really stands there; if not given, what the map shows."""
     profile: str = "p3at"
+    """Robot profile, shipped or a file."""
     robot: Literal["mujoco", "kinematic"] = "mujoco"
+    """What is driven: `"mujoco"` has physics, `"kinematic"` is faster."""
     start: Start | None = None
+    """Where the only robot stands."""
     robots: tuple[RobotEntry, ...] = ()
+    """Several robots, instead of `[start]`."""
     goals: Annotated[tuple[Goal, ...], Field(min_length=1)]
+    """One after another."""
     boxes: tuple[Box, ...] = ()
+    """Things that no map shows."""
     events: tuple[Event, ...] = ()
-    pose: Literal["odometry", "localised", "truth"] | None = None  # localised where a map is
+    """What happens on the way."""
+    pose: Literal["odometry", "localised", "truth"] | None = None
+    """What the navigator knows of its pose: `"localised"` (kept on the map, found when lost),
+    `"odometry"` or `"truth"`.
+
+    If not given, `"localised"` where the map shows something, else `"odometry"`."""
     noise: NotNegative = 1.0
+    """Factor on all sensor noise of the profile; 0: none."""
     seed: Seed = 1
+    """Of everything random."""
     timeout_s: Positive = 600.0
+    """Simulated time after which the run ends [s]."""
     arrival_tolerance_m: Positive = 0.3
+    """How near to a goal counts as reached, by truth [m]."""
     navigator: dict[str, Any] = {}
+    """Settings that differ from `cairn.Navigator.default_config()`, nested like it."""
     expect: Expect = Expect()
+    """What else must come out of the run."""
 
     _folder: Path | None = PrivateAttr(default=None)
 
