@@ -122,6 +122,13 @@ def test_of_many_changes_the_first_and_the_last_few_are_told(monkeypatch, tmp_pa
     assert not {"11", "50"} & set(texts)
 
 
+def test_what_was_touched_is_marked_where_it_was(monkeypatch, tmp_path):
+    result = long_run(1)
+    result.robots[0].contacts = [{"time_s": 1.0, "name": "crate $1"}]
+    _, boxes = drawn_texts(monkeypatch, result, tmp_path / "run.png")
+    assert "touched crate $1" in [text for text, _ in boxes]
+
+
 def test_the_sentence_of_a_result_stays_on_the_page(monkeypatch, tmp_path):
     result = long_run(1)
     result.unmet = [

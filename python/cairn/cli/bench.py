@@ -54,6 +54,9 @@ def bench_plan(
     markdown: Annotated[
         bool, typer.Option("--markdown", help="Write its part of BENCHMARKS.md where you are.")
     ] = False,
+    report: Annotated[
+        Path | None, typer.Option(help="Write the result as one HTML page as well.")
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record, nothing else.")
     ] = False,
@@ -84,6 +87,10 @@ def bench_plan(
     )
     out = ready(out or Path("runs/bench-plan"))
     record = _measure(settings, quiet=as_json)
+    if report is not None:
+        from cairn.view.report import write_bench
+
+        write_bench(record, report, source=str(out / "summary.json"))
     _end("plan", record, out, plans_section if markdown else None, _print if not as_json else None)
 
 

@@ -53,6 +53,9 @@ def bench_nav(
     out: Annotated[
         Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-nav.")
     ] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Write the result as one HTML page as well.")
+    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record, nothing else.")
     ] = False,
@@ -77,7 +80,7 @@ def bench_nav(
             return
         with _watched(len(numbers)) as told:
             record = measuring.run_office(numbers, seed, body, processes or cores(), told)
-        _show(record, folder, as_json)
+        _show(record, folder, as_json, report)
         return
     if worlds is not None:
         chosen, source = load_folder(worlds, wanted), f"folder {worlds.name}"
@@ -92,7 +95,7 @@ def bench_nav(
         return
     with _watched(len(chosen) * trials) as told:
         record = measuring.run(settings, told)
-    _show(record, folder, as_json)
+    _show(record, folder, as_json, report)
 
 
 @contextmanager
@@ -110,9 +113,13 @@ def _watched(total: int) -> Iterator[Callable[[Any], None]]:
         yield told
 
 
-def _show(record: dict[str, Any], folder: Path, as_json: bool) -> None:
+def _show(record: dict[str, Any], folder: Path, as_json: bool, report: Path | None) -> None:
     record = plain(record)
     path = write_summary(record, folder)
+    if report is not None:
+        from cairn.view.report import write_bench
+
+        write_bench(record, report, source=str(path))
     if as_json:
         sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
         return

@@ -53,21 +53,37 @@ def reproduce(
     if list_:
         _list({name: ALL[name]().title for name in wanted}, as_json)
         return
-    records = {}
+    records, shown = {}, []
+    folder_of_all = out or Path("runs/reproduce")
     for number, name in enumerate(wanted, start=1):
-        reproduction, folder = ALL[name](), ready((out or Path("runs/reproduce")) / name)
+        reproduction, folder = ALL[name](), ready(folder_of_all / name)
         said = name if len(wanted) == 1 else f"{number} of {len(wanted)}, {name}"
         record = plain(_measured(said, reproduction, seed))
         record["caption"] = asdict(reproduction.caption(record))
-        written = [write_summary(record, folder), *reproduction.draw(record, folder)]
+        pictures = reproduction.draw(record, folder)
+        written = [write_summary(record, folder), *pictures]
         beside = folder / "caption.md"
         beside.write_text(
             reproduction.caption(record).markdown(reproduction.title), encoding="utf-8"
         )
         written.append(beside)
         records[name] = record
+        shown.append(
+            {
+                "name": name,
+                "title": reproduction.title,
+                "caption": record["caption"],
+                "pictures": pictures,
+            }
+        )
         if not as_json:
             _print(reproduction, record, written)
+    if len(shown) > 1:
+        from cairn.view.report.gallery import write_gallery
+
+        page = write_gallery(shown, NOT_MADE, folder_of_all / "index.html")
+        if not as_json:
+            console.print("[dim]" + escape(f"all on one page: {page}") + "[/]")
     if as_json:
         whole = records[wanted[0]] if len(wanted) == 1 else _joined(records)
         sys.stdout.write(json.dumps(whole, indent=2, allow_nan=False) + "\n")

@@ -13,10 +13,12 @@ from rich.table import Table
 
 from cairn.cli.completion import names_of
 from cairn.cli.progress import Progress, bar, busy
+from cairn.cli.report import animated
 from cairn.cli.root import app, complain, complaints, console, ready
 from cairn.errors import CairnError
 from cairn.missions import Change, Result, Scenario, coverage, run, run_many, shipped
 from cairn.missions.result import EXIT_CONTACT, EXIT_NOT_REACHED, EXIT_OK, EXIT_USAGE
+from cairn.missions.retelling import Listener, of_result
 from cairn.record import DecisionLog, write_summary
 
 VERDICT = {
@@ -56,6 +58,15 @@ def run_command(
     picture: Annotated[
         bool, typer.Option(help="Draw the run into the folder as picture.png.")
     ] = True,
+    report: Annotated[
+        bool | None,
+        typer.Option(
+            "--report/--no-report", help="Write report.html into the folder; with --record, always."
+        ),
+    ] = None,
+    animate: Annotated[
+        Path | None, typer.Option(help="Write the run as an animation: .gif, .webp or .png.")
+    ] = None,
 ) -> None:
     """Run a mission; `summary.json` and a picture stay in runs/<name>."""
     if seeds is not None:
@@ -64,12 +75,16 @@ def run_command(
         raise typer.Exit(_table([scenario], seeds, as_json))
     mission = Scenario.load(scenario)
     folder = ready(record or Path("runs") / mission.name)
+    telling = report if report is not None else record is not None
+    listener = Listener() if telling or animate is not None else None
     with contextlib.ExitStack() as stack:
         observers: list[Any] = []
         if complaints.is_terminal:
             observers.append(stack.enter_context(Progress(mission)))
         if record is not None:
             observers.append(stack.enter_context(DecisionLog(folder)))
+        if listener is not None:
+            observers.append(listener)
         result = run(mission, seed=seed, observers=observers)
     written = [write_summary(result.to_dict(), folder)]
     if picture:
@@ -77,6 +92,15 @@ def run_command(
 
         with busy("drawing"):
             written.append(draw_run(result, folder / "picture.png"))
+    if listener is not None:
+        story = of_result(result, listener.ticks)
+        if telling:
+            from cairn.view.report import write_run
+
+            with busy("writing the report"):
+                written.append(write_run(story, folder / "report.html"))
+        if animate is not None:
+            written.append(animated(story, animate))
     if as_json:
         sys.stdout.write(json.dumps(result.to_dict(), indent=2, allow_nan=False) + "\n")
     else:

@@ -8,4 +8,5 @@ from cairn.errors.base import CairnError as CairnError
 
 from .driving import *
 from .planning import *
+from .views import *
 from .worlds import *

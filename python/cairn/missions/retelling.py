@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,6 @@ import cairn
 from cairn import errors
 from cairn.missions.result import Result
 from cairn.missions.runner import Tick
-from cairn.missions.scenario import Scenario
 from cairn.missions.setting import load_map
 from cairn.view.story import Story, tell
 from cairn.world import World
@@ -91,19 +91,45 @@ def _worlds(scenario: dict[str, Any], folder: Path | None) -> tuple[World | None
     return known, loaded(real["map"]) if real else known
 
 
-def of_record(run: Any, scenario_file: Path | None = None) -> Story:
-    """Tell a recorded run: what `cairn.record.open_run` returned.
+def is_run(path: Path) -> bool:
+    """Whether a folder, or the folder of the log or summary named, holds a recorded run."""
+    folder = path if path.is_dir() else path.parent
+    named = path.is_dir() or path.name in (LOG, "summary.json")
+    return named and (folder / LOG).is_file()
 
-    Args:
-        run: the run; without a summary (it was cut off) what can be is read off its ticks.
-        scenario_file: of the run, where its maps lie beside it.
+
+def of_record(path: Path) -> Story:
+    """Tell a recorded run, cut off or not, from its folder or log.
+
+    Raises:
+        NothingToReport: there is no log of a run there, or not one tick in it.
     """
-    scenario = dict(run.scenario or (run.summary or {}).get("scenario", {}))
-    folder = None if scenario_file is None else scenario_file.resolve().parent
-    known, world = _worlds(scenario, folder)
-    return tell(
-        run.summary, scenario, run.ticks(), known=known, world=world, **_body(scenario, folder)
-    )
+    folder = path if path.is_dir() else path.parent
+    if not is_run(path):
+        raise errors.NothingToReport(
+            f"{path}: no recorded run; `cairn run NAME --record {folder}` makes one",
+            path=str(path),
+            reason="no recorded run",
+        )
+    summary, scenario, ticks = _opened(folder)
+    known, world = _worlds(scenario, None)
+    try:
+        return tell(
+            summary, scenario, ticks, known=known, world=world, **_body(scenario, None)
+        )  # fmt: skip
+    except ValueError as error:
+        raise errors.NothingToReport(
+            f"{path}: {error}", path=str(path), reason=str(error)
+        ) from error
 
 
-__all__ = ["Listener", "Scenario", "of_record", "of_result"]
+LOG = "decisions.jsonl"
+
+
+def _opened(folder: Path) -> tuple[dict[str, Any] | None, dict[str, Any], Iterable[Any]]:
+    """Summary, scenario and ticks of a run, as its log has them."""
+    path = folder / "summary.json"
+    summary = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
+    with (folder / LOG).open(encoding="utf-8") as lines:
+        ticks = [json.loads(line) for line in lines if line.endswith("\n")]
+    return summary, (summary or {}).get("scenario", {}), ticks

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,10 +12,12 @@ import numpy as np
 from matplotlib.font_manager import FontProperties, findfont
 from PIL import Image, ImageDraw, ImageFont
 
+from cairn import errors
 from cairn.view.story import RobotStory, Story
 from cairn.view.style import AMBER, BLUE, FREE, INK, OCCUPIED, PALE, PAPER, RED, TEAL, UNKNOWN
 from cairn.world import World
 
+FORMATS = (".gif", ".webp", ".png")
 SMOOTH = 2  # drawn so many times larger, then scaled down
 BAR_PX = 64
 BOX = "#f3d9ad"
@@ -44,10 +47,13 @@ def animate(
         `path`.
 
     Raises:
-        ValueError: a file name with another ending.
+        AnimationFormatUnknown: a file name with another ending.
     """
-    if path.suffix.lower() not in (".gif", ".webp", ".png"):
-        raise ValueError(f"{path.name}: an animation is a .gif, a .webp or a .png")
+    if path.suffix.lower() not in FORMATS:
+        known = ", ".join(FORMATS)
+        raise errors.AnimationFormatUnknown(
+            f"{path.name}: an animation is one of {known}", path=str(path), known=FORMATS
+        )
     frames = list(_frames(story, max(round(seconds * rate), 2), width_px))
     durations = [round(1000 / rate)] * (len(frames) - 1) + [round(1000 * HOLD_S)]
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -168,7 +174,7 @@ class _Canvas:
             return
         points = [self.at(point) for point in plans[-1]]
         dash, left, on = 7.0 * SMOOTH, 7.0 * SMOOTH, True
-        for begin, end in zip(points, points[1:], strict=False):
+        for begin, end in itertools.pairwise(points):
             length, gone = math.dist(begin, end), 0.0
             while gone < length:
                 step = min(left, length - gone)
@@ -182,9 +188,7 @@ class _Canvas:
                 if left <= 1e-9:
                     on, left = not on, dash
 
-    def draw_way(
-        self, draw: ImageDraw.ImageDraw, robot: RobotStory, begin: int, end: int
-    ) -> None:
+    def draw_way(self, draw: ImageDraw.ImageDraw, robot: RobotStory, begin: int, end: int) -> None:
         """Draw the way driven from one tick to another, by mode."""
         for mode, ticks in robot.pieces():
             rows = robot.truth[max(ticks.start - 1, begin, 0) : min(ticks.stop, end + 1)]
@@ -248,8 +252,8 @@ class _Canvas:
         x, y = self.at(at)
         angles = -math.pi / 2 + np.arange(10) * math.pi / 5
         radii = np.where(np.arange(10) % 2, 4.6, 11.0) * SMOOTH
-        points = [(x + r * math.cos(a), y + r * math.sin(a)) for a, r in zip(angles, radii, strict=True)]
-        draw.polygon(points, fill=TEAL, outline=PAPER)
+        points = np.stack([x + radii * np.cos(angles), y + radii * np.sin(angles)], axis=1)
+        draw.polygon([tuple(point) for point in points], fill=TEAL, outline=PAPER)
 
 
 def _between(begin: Point, end: Point, share: float) -> Point:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from cairn.localisation import Localiser
-from cairn.view.picture import FREE, INK, OCCUPIED, PALE, UNKNOWN
+from cairn.view.style import FREE, INK, OCCUPIED, PALE, UNKNOWN
 
 if TYPE_CHECKING:
     from cairn.experiments.streams import Stream

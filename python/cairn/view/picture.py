@@ -19,13 +19,13 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.textpath import text_to_path
 from matplotlib.transforms import Affine2D
 
+from cairn.view.style import AMBER, DPI, FREE, INK, OCCUPIED, PALE, PAPER, UNKNOWN
+
 if TYPE_CHECKING:
     from cairn.missions.result import Result, RobotResult, Transition
     from cairn.world import World
 
-INK, PALE, PAPER = "#22303c", "#8a97a3", "#ffffff"
-FREE, OCCUPIED, UNKNOWN = "#fbfaf6", "#3d4a57", "#dcdedd"
-BOX = "#c8862b"
+BOX, CONTACT = AMBER, "#b3122b"
 MODES = {  # part of a mode's name → what a person calls it, and its colour
     "track": ("tracking the path", "#0b7a75"),
     "avoid": ("avoiding obstacles", "#d1495b"),
@@ -37,7 +37,6 @@ NOTES_AT_MOST = 20
 NOTE_LINES_AT_MOST = 2
 NOTE_POINTS, TITLE_POINTS = 8.0, 11.5
 PAGE_IN, COLUMN_IN, LINE_IN = 12.0, 5.2, 0.18
-DPI = 160
 
 
 @dataclass(frozen=True)
@@ -287,6 +286,15 @@ def _draw_robot(axes: Axes, result: Result, robot: RobotResult, several: bool) -
             ha="right", va="top", fontsize=8.5, color="#d1495b", zorder=7,
         )  # fmt: skip
     _draw_outlines(axes, truth, trace.mode, result)
+    for contact in robot.contacts:
+        row = max(int(np.searchsorted(trace.time_s, contact["time_s"] + 1e-9)) - 1, 0)
+        x, y = (float(v) for v in truth[row, :2])
+        axes.plot(x, y, marker="x", ms=13, mec=CONTACT, mew=3.4, zorder=8.5)
+        axes.annotate(
+            f"touched {contact['name']}", xy=(x, y), xytext=(10, 10), fontsize=8.5,
+            textcoords="offset points", color=CONTACT, zorder=10, parse_math=False,
+            bbox={"boxstyle": "round,pad=0.2", "fc": PAPER, "ec": "none", "alpha": 0.85},
+        )  # fmt: skip
     _mark_start(axes, (truth[0, 0], truth[0, 1]), robot.name if several else "start")
     for number, goal in enumerate(robot.goals, start=1):
         if goal.goal is not None:

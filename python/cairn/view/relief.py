@@ -12,7 +12,7 @@ from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from cairn.view.picture import INK, PALE, PAPER
+from cairn.view.style import INK, PALE, PAPER
 
 WAY_COLOURS = ["#d1495b", "#1c6dd0", "#0b7a75", "#c8862b"]
 DPI = 110  # relief compresses badly

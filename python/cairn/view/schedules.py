@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from cairn.view.picture import DPI, INK, PALE
+from cairn.view.style import DPI, INK, PALE
 
 COLOURS = {"fronts": "#c8862b", "wavefront": "#0b7a75"}
 NAMES = {"fronts": "(a) fronts", "wavefront": "(b) wavefront"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -176,7 +177,9 @@ def _robot(
         name=name,
         time_s=_floats(row["time_s"] for row in rows),
         truth=np.array([row["truth"] for row in rows], float),
-        estimate=np.array([[d["pose"][k] for k in ("x", "y", "heading")] for d in decisions], float),
+        estimate=np.array(
+            [[d["pose"][k] for k in ("x", "y", "heading")] for d in decisions], float
+        ),
         sigma_m=_floats(_sigma(d.get("covariance")) for d in decisions),
         mode=[d["mode"] for d in decisions],
         sentence=[d["sentence"] for d in decisions],
@@ -205,7 +208,7 @@ def _robot(
 
 def _transitions(rows: list[Mapping[str, Any]]) -> list[dict[str, Any]]:
     found = []
-    for before, row in zip(rows, rows[1:], strict=False):
+    for before, row in itertools.pairwise(rows):
         old, new = before["decision"], row["decision"]
         if old["mode"] != new["mode"]:
             found.append(

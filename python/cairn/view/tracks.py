@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from cairn.tracking import deviations
-from cairn.view.picture import DPI, INK, PALE
+from cairn.view.style import DPI, INK, PALE
 
 OURS, OTHER, WAY = "#0b7a75", "#c8862b", "#b9bec6"
 

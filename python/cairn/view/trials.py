@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Polygon
 
 from cairn.profile import Profile
-from cairn.view.picture import BOX, INK, OCCUPIED, PALE
+from cairn.view.picture import BOX
+from cairn.view.style import INK, OCCUPIED, PALE
 
 if TYPE_CHECKING:
     from cairn.experiments.nav.trial import Trial

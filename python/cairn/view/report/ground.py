@@ -1,4 +1,5 @@
-"""The map of a run as SVG: what is known, what is not, the plans, the ways driven by mode, and why."""
+"""The map of a run as SVG: what is known, what is not, the plans, the ways driven by mode, and "
+"why."""
 
 from __future__ import annotations
 
@@ -46,8 +47,11 @@ def drawn(story: Story) -> Markup:
     for robot in story.robots:
         _draw_way(svg, story, robot)
     for number, robot in enumerate(story.robots):
-        _draw_marks(svg, robot, unit, several=len(story.robots) > 1)
         _draw_robot(svg, story, robot, number)
+    placed: list[tuple[float, float]] = []
+    for robot in story.robots:
+        _draw_ends(svg, story, robot, unit)
+        _draw_notes(svg, robot, label_of(story, robot), unit, placed)
     _draw_scale(svg, story, unit)
     return as_markup(svg)
 
@@ -84,10 +88,12 @@ def _draw_way(svg: Element, story: Story, robot: RobotStory) -> None:
     _draw_outlines(svg, story, robot)
     for mode, ticks in robot.pieces():
         from_before = slice(max(ticks.start - 1, 0), ticks.stop)
-        way = SubElement(svg, "path", {"class": f"way {mode}", "d": _path(robot.truth[from_before])})
-        SubElement(way, "title").text = (
-            f"{robot.time_s[ticks][0]:.1f} to {robot.time_s[ticks][-1]:.1f} s"
+        way = SubElement(
+            svg, "path", {"class": f"way {mode}", "d": _path(robot.truth[from_before])}
         )
+        SubElement(
+            way, "title"
+        ).text = f"{robot.time_s[ticks][0]:.1f} to {robot.time_s[ticks][-1]:.1f} s"
 
 
 def _draw_outlines(svg: Element, story: Story, robot: RobotStory) -> None:
@@ -115,22 +121,42 @@ def _draw_robot(svg: Element, story: Story, robot: RobotStory, number: int) -> N
     SubElement(group, "title").text = robot.name
 
 
-def _draw_marks(svg: Element, robot: RobotStory, unit: float, *, several: bool) -> None:
-    start = robot.truth[0]
+def label_of(story: Story, robot: RobotStory) -> str:
+    """What the numbers of a robot's transitions begin with: nothing where it is alone."""
+    if len(story.robots) == 1:
+        return ""
+    initials = [one.name[:1].lower() for one in story.robots]
+    number = story.robots.index(robot)
+    return initials[number] if len(set(initials)) == len(initials) else f"{number + 1}."
+
+
+def _draw_ends(svg: Element, story: Story, robot: RobotStory, unit: float) -> None:
+    """Draw where it began, where it was to go, and what it touched."""
+    start, several = robot.truth[0], len(story.robots) > 1
+    tolerance_m = float(story.scenario.get("arrival_tolerance_m", 0.3))
     _pin(svg, start[:2], "start", robot.name if several else "start", unit)
     for number, goal in enumerate(robot.goals, start=1):
         if goal.get("goal_m") is None:
             continue
         name = goal.get("place") or (f"goal {number}" if len(robot.goals) > 1 else "goal")
         kind = "reached" if goal.get("outcome") == "reached" else "missed"
+        ring = {"class": f"ring {kind}", "cx": f"{goal['goal_m'][0]:.3f}"}
+        ring |= {"cy": f"{-goal['goal_m'][1]:.3f}", "r": f"{tolerance_m:.3f}"}
+        SubElement(svg, "circle", ring)
         _pin(svg, goal["goal_m"], f"goal {kind}", str(name).replace("_", " "), unit)
     for contact in robot.contacts:
         x, y, _ = robot.truth[robot.at(contact["time_s"])]
         d = 9 * unit
-        cross = f"M{x - d:.3f} {-y - d:.3f}l{2 * d:.3f} {2 * d:.3f}m0 {-2 * d:.3f}l{-2 * d:.3f} {2 * d:.3f}"
+        a, b = f"{2 * d:.3f}", f"{-2 * d:.3f}"
+        cross = f"M{x - d:.3f} {-y - d:.3f}l{a} {a}m0 {b}l{b} {a}"
         mark = SubElement(svg, "path", {"class": "contact", "d": cross})
         SubElement(mark, "title").text = f"{contact['time_s']:.1f} s: touched {contact['name']}"
-    placed: list[tuple[float, float]] = []
+
+
+def _draw_notes(
+    svg: Element, robot: RobotStory, label: str, unit: float, placed: list[tuple[float, float]]
+) -> None:
+    """Draw a number wherever the mode changed, beside numbers placed before."""
     for first, group in grouped(robot.transitions):
         at = tuple(group[0]["at_m"])
         x, y = at[0] + 14 * unit, at[1] + 16 * unit
@@ -138,7 +164,7 @@ def _draw_marks(svg: Element, robot: RobotStory, unit: float, *, several: bool) 
             x, y = x + 16 * unit, y + 9 * unit
         placed.append((x, y))
         last = first + len(group) - 1
-        text = f"{first}" if first == last else f"{first}–{last}"
+        text = f"{label}{first}" if first == last else f"{label}{first}–{last}"
         mark = SubElement(svg, "g", {
             "class": "note", "data-time": f"{group[0]['time_s']:g}", "tabindex": "0",
         })  # fmt: skip
@@ -148,8 +174,8 @@ def _draw_marks(svg: Element, robot: RobotStory, unit: float, *, several: bool) 
             "x": f"{x - half:.3f}", "y": f"{-y - 9 * unit:.3f}", "width": f"{2 * half:.3f}",
             "height": f"{18 * unit:.3f}", "rx": f"{9 * unit:.3f}",
         })  # fmt: skip
-        label = {"x": f"{x:.3f}", "y": f"{-y + 4.5 * unit:.3f}", "font-size": f"{12.5 * unit:.4f}"}
-        SubElement(mark, "text", label).text = text
+        place = {"x": f"{x:.3f}", "y": f"{-y + 4.5 * unit:.3f}", "font-size": f"{12.5 * unit:.4f}"}
+        SubElement(mark, "text", place).text = text
         SubElement(mark, "title").text = " ".join(t["sentence"] for t in group)
 
 

@@ -62,7 +62,9 @@ def rule_heats(robot: RobotStory, end_s: float) -> list[RuleHeat]:
 
 
 def _of(rules: dict[str, float], output: str) -> dict[str, float]:
-    return {rule: s for rule, s in rules.items() if f"then {output} " in rule or f", {output} " in rule}
+    return {
+        rule: s for rule, s in rules.items() if f"then {output} " in rule or f", {output} " in rule
+    }
 
 
 def _heat(title: str, rules: list[dict[str, float]], time_s: Floats, end_s: float) -> RuleHeat:
@@ -98,9 +100,9 @@ def _columns(values: Floats, time_s: Floats, end_s: float) -> Floats:
     """Spread ticks (.., n) over the columns of a picture: of several ticks the greatest counts."""
     columns = min(COLUMNS, max(len(time_s), 1))
     at = np.minimum((time_s / max(end_s, 1e-9) * columns).astype(int), columns - 1)
-    out = np.zeros((len(values), columns))
-    np.maximum.at(out, (slice(None), at), values)
-    return out
+    out = np.zeros((columns, len(values)))
+    np.maximum.at(out, at, values.T)
+    return out.T
 
 
 def curvature_picture(robot: RobotStory, end_s: float) -> str:
@@ -125,7 +127,8 @@ def curvature_picture(robot: RobotStory, end_s: float) -> str:
 
 
 def picture_of(shares: Floats, colour: tuple[int, int, int], most: float = 1.0) -> str:
-    """Address of a PNG of one colour, the fuller the greater the share (rows, columns) in [0, 1]."""
+    """Address of a PNG of one colour, the fuller the greater the share (rows, columns) in [0, "
+    "1]."""
     pixels = np.empty((*shares.shape, 4), np.uint8)
     pixels[..., :3] = colour
     pixels[..., 3] = np.clip(255 * most * np.sqrt(np.clip(shares, 0, 1)), 0, 255)

@@ -58,6 +58,7 @@ def page_of(story: Story) -> str:
         modes_seen=seen,
         has_plan=any(robot.plans for robot in story.robots),
         has_belief=story.scenario.get("pose") != "truth",
+        no_map=story.known is None and story.world is not None,
         contacts=any(robot.contacts for robot in story.robots),
         robots=[_robot(robot, story, end_s) for robot in story.robots],
         made_from=_made_from(story),
@@ -80,7 +81,7 @@ def _robot(robot: RobotStory, story: Story, end_s: float) -> dict[str, Any]:
         for mode, ticks in robot.pieces()
     ]
     numbers = {
-        id(transition): str(first + place)
+        id(transition): f"{ground.label_of(story, robot)}{first + place}"
         for first, group in ground.grouped(robot.transitions)
         for place, transition in enumerate(group)
     }
@@ -142,8 +143,8 @@ def _charts(robot: RobotStory, story: Story, end_s: float) -> list[svg.Chart]:
             svg.Chart(
                 "Cost to go", time_s, [svg.Line("first", robot.cost_to_go)], low=0.0,
                 height=110.0, marks=recovered,
-                note="Of the field under the robot: it falls while the robot gets on, and jumps where "
-                "the map turned out to be another.",
+                note="Of the field under the robot: it falls while the robot gets on, and jumps "
+                "where the map turned out to be another.",
             )
         )  # fmt: skip
     charts.append(_curvatures(robot, end_s))
@@ -172,19 +173,21 @@ def _curvatures(robot: RobotStory, end_s: float) -> svg.Chart:
     note = "Curvature ω/V of the command, a dot per tick."
     if picture:
         note += (
-            " Behind: how far arcs of every curvature were free where the curvature velocity method "
+            " Behind: how far arcs of every curvature were free where the curvature velocity "
+            "method "
             "was asked; the fuller, the longer."
         )
     return svg.Chart(
         "Curvature chosen [1/m], left positive", robot.time_s, lines,
-        low=-heat.CURVATURE_PER_M, high=heat.CURVATURE_PER_M, height=190.0, note=note, image=picture,
+        low=-heat.CURVATURE_PER_M, high=heat.CURVATURE_PER_M, height=190.0, note=note,
+        image=picture,
     )  # fmt: skip
 
 
 def _turn_limits(robot: RobotStory, hardest: float) -> list[tuple[float, str]]:
     """Show the limit only where the robot came near it: otherwise it flattens the chart."""
     most = float(np.nanmax(np.abs(robot.command[:, 1]), initial=0.0))
-    return [(hardest, "limit"), (-hardest, "limit")] if most > 0.6 * hardest else []
+    return [(hardest, "limit"), (-hardest, "limit")] if most > 0.8 * hardest else []
 
 
 def _most_off(robot: RobotStory) -> float:
@@ -207,7 +210,7 @@ def _facts(story: Story) -> list[Fact]:
     return [
         Fact("time", f"{told['time_s']:.1f} s"),
         Fact("driven", metres(told["path_length_m"], 1), f"of {metres(planned, 1)} planned"
-             if planned else ""),
+             if planned and len(story.robots) == 1 else ""),
         Fact("off the goal", metres(told.get("arrival_error_m")), "by truth"),
         Fact("contacts", str(contacts) if contacts else "none", kind="bad" if contacts else ""),
         Fact("least clearance", "nothing near" if clearance is None else metres(clearance)),

@@ -1,4 +1,5 @@
-"""Charts over time as SVG whose colours come from the page's style sheet, so that they follow its theme."""
+"""Charts over time as SVG whose colours come from the page's style sheet, so that they follow "
+"its theme."""
 
 from __future__ import annotations
 
@@ -120,7 +121,7 @@ def drawn(chart: Chart, pieces: Sequence[tuple[str, float, float]], end_s: float
     _time_axis(svg, end_s, bottom)
     for value, name in chart.limits:
         _rule(svg, y_of(value), "limit")
-        _text(svg, WIDTH - RIGHT - 4, y_of(value) + 12, name, "tick right")
+        _text(svg, LEFT + 5, y_of(value) - 3, name, "tick")
     for band in chart.bands:
         _draw_band(svg, chart.time_s, band, end_s, y_of)
     for line in chart.lines:
@@ -157,7 +158,7 @@ def strip(
 
 def as_markup(svg: Element) -> Markup:
     """Return an element as text for a template; everything in it is escaped already."""
-    return Markup(tostring(svg, encoding="unicode"))  # noqa: S704
+    return Markup(tostring(svg, encoding="unicode"))
 
 
 def _canvas(height: float) -> Element:
@@ -197,8 +198,9 @@ def _draw_line(
     times, values = thinned(time_s, line.values)
     values = np.where(np.isfinite(values), np.clip(values, low, high), np.nan)
     if line.dots:
-        marks = [f"M{_n(x_of(t, end_s))} {_n(y_of(v))}h0" for t, v in zip(times, values, strict=True)
-                 if np.isfinite(v)]  # fmt: skip
+        good = np.isfinite(values)
+        dots = zip(times[good], values[good], strict=True)
+        marks = [f"M{_n(x_of(t, end_s))} {_n(y_of(v))}h0" for t, v in dots]
         SubElement(svg, "path", {"class": f"dots {line.kind}", "d": "".join(marks) or "M0 0"})
         return
     steps, pen_down = [], False
