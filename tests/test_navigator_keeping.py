@@ -177,16 +177,10 @@ def test_motors_that_are_off_are_waited_for_and_leave_nothing_on_the_map():
     assert (inside == 1).sum() == 0
 
 
-LATE_BEND = pytest.mark.xfail(
-    strict=True,
-    reason="the path bends by 45 degrees in its last metre, and the tracker follows that bend",
-)
-
-
 @pytest.mark.parametrize(
     ("goal", "heading"),
     [
-        pytest.param((4.0, 2.0), 0.0, marks=LATE_BEND),
+        ((4.0, 2.0), 0.0),
         ((4.0, 1.5), 0.0),
         ((4.0, 3.0), 0.0),
         ((2.2, 3.1), -1.0),

@@ -48,7 +48,10 @@ pub struct NavigatorConfig {
     pub settle_radps: f64,
     /// but at most this long \[s\].
     pub settle_most_s: f64,
-    /// From a path to waypoints: close together is precise and slow, far apart is fast.
+    /// How the field is walked.
+    pub path_shape: PathShape,
+    /// From a path to waypoints: close together is precise and slow, far apart is fast. The corridor is
+    /// for octile paths; any-angle ones are straight where that costs nothing.
     pub waypoints: WaypointConfig,
     /// From occupancy to cost.
     pub costmap: CostmapConfig,
@@ -76,6 +79,17 @@ pub struct NavigatorConfig {
     pub head_by: HeadBy,
     /// Driving by lidar where no map is given.
     pub lidar: LidarConfig,
+}
+
+/// How a field becomes a path.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PathShape {
+    /// Straight wherever the robot fits and it costs no more than going from cell to cell.
+    #[default]
+    AnyAngle,
+    /// From cell to cell in eight directions, down the pointers, as in the paper.
+    Octile,
 }
 
 /// Where the curvature velocity method heads while it takes the robot around something.
@@ -126,6 +140,7 @@ impl Default for NavigatorConfig {
             settle_drift_m: 0.1,
             settle_radps: 1.5e-4,
             settle_most_s: 20.0,
+            path_shape: PathShape::default(),
             waypoints: WaypointConfig::default(),
             costmap: CostmapConfig::default(),
             mapping: MappingConfig::default(),
@@ -145,6 +160,14 @@ impl Default for NavigatorConfig {
 }
 
 impl NavigatorConfig {
+    /// How a path of the shape that is asked for becomes waypoints.
+    pub(super) fn spacing(&self) -> WaypointConfig {
+        match self.path_shape {
+            PathShape::AnyAngle => WaypointConfig { corridor_m: 0.0, ..self.waypoints },
+            PathShape::Octile => self.waypoints,
+        }
+    }
+
     /// The first length that is not a finite number greater than zero.
     pub(super) fn bad_length(&self) -> Option<(&'static str, f64)> {
         [

@@ -288,7 +288,7 @@ impl Navigator {
         }
         if switches {
             self.keeper.switches += 1;
-            self.trap.restart();
+            self.trap.restart_under_way();
         }
         Minded::Walked(cause.remedied())
     }

@@ -21,7 +21,7 @@ mod trap;
 mod way;
 
 pub use caution::{Caution, CautionConfig};
-pub use config::{HeadBy, NavigatorConfig, WeightsOnWay};
+pub use config::{HeadBy, NavigatorConfig, PathShape, WeightsOnWay};
 pub use error::NavigateError;
 pub use keeping::{FieldRepair, KeepingConfig};
 pub use lidar::{LidarConfig, LidarRecord, LidarSense};

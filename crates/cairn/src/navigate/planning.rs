@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::config::PathShape;
 use crate::geometry::{Point2, Pose2};
 use crate::plan::{Crossed, Field, GridPlanner, PlanOptions};
 use crate::robot::Footprint;
@@ -167,7 +168,7 @@ impl WorldField {
         geometry.cell_at(point).map(|cell| self.field.cost_to_go(cell) * geometry.resolution_m)
     }
 
-    /// The way down the pointers from `start`: robot, cell centres, exact goal.
+    /// The way from the robot to the exact goal, as the field leads.
     ///
     /// From inside the margin, or a pocket that margins enclose, it first leaves to the nearest place
     /// with a finite value, not through anything occupied.
@@ -179,27 +180,25 @@ impl WorldField {
         world_from_robot: Pose2,
         footprint: &Footprint,
         escape_m: f64,
+        shape: PathShape,
     ) -> Result<Vec<Point2>, Refusal> {
         let geometry = self.geometry();
-        let start = world_from_robot.position();
-        let cell = geometry.cell_at(start).ok_or(Refusal::StartOutsideMap)?;
-        let first = if self.field.cost_to_go(cell).is_finite() {
-            cell
+        let robot = world_from_robot.position();
+        let cell = geometry.cell_at(robot).ok_or(Refusal::StartOutsideMap)?;
+        let start = if self.field.cost_to_go(cell).is_finite() {
+            robot
         } else {
-            self.escape(world_from_robot, cell, footprint, escape_m)?
+            geometry.center(self.escape(world_from_robot, cell, footprint, escape_m)?)
         };
-        let cells = self.field.path(first).ok_or(Refusal::NoPath)?;
-        let mut path = vec![start];
-        let inner = if first == cell { 1 } else { 0 };
-        path.extend(cells.iter().skip(inner).map(|&cell| geometry.center(cell)));
-        if let (Some(end), Some(last)) = (cells.last(), path.last_mut())
-            && let Some(goal) = self.goals.iter().find(|&&goal| geometry.cell_at(goal) == Some(*end))
-        {
-            if cells.len() > inner {
-                *last = *goal;
-            } else {
-                path.push(*goal);
+        let onward = match (shape, self.field.crossed()) {
+            (PathShape::AnyAngle, Some((crossed, corner_cutting))) => {
+                self.field.any_angle_path_in_world(start, &self.goals, crossed, corner_cutting)
             }
+            _ => self.field.path_in_world(start, &self.goals),
+        };
+        let mut path = onward.map_err(|_| Refusal::StartOutsideMap)?.ok_or(Refusal::NoPath)?;
+        if start != robot {
+            path.insert(0, robot);
         }
         Ok(path)
     }

@@ -165,8 +165,8 @@ impl Navigator {
     /// Walks the field from `pose` and hands the waypoints to the tracker.
     pub(super) fn walk(&mut self, pose: Pose2) -> Result<(), Refusal> {
         let Some(field) = &self.field else { return Err(Refusal::NoPath) };
-        let path = field.path(pose, &self.profile.footprint, self.config.escape_m)?;
-        let waypoints = Waypoints::from_path(&path, &self.config.waypoints, |a, b| field.is_clear(a, b))
+        let path = field.path(pose, &self.profile.footprint, self.config.escape_m, self.config.path_shape)?;
+        let waypoints = Waypoints::from_path(&path, &self.config.spacing(), |a, b| field.is_clear(a, b))
             .map_err(|_| Refusal::NoPath)?;
         self.path = path;
         self.waypoints = waypoints.points().to_vec();

@@ -66,18 +66,30 @@ pub struct TrapWatch {
     /// Positions every half region, with the way driven until there.
     trail: Vec<(Point2, f64)>,
     last: Option<Point2>,
+    /// What is left of the time in which the robot may still be carried the old way \[s\].
+    carried_s: f64,
     evidence: TrapEvidence,
 }
+
+/// A robot that was driving takes about this long to come to rest before it turns to another way \[s\].
+const CARRIED_S: f64 = 2.5;
 
 impl TrapWatch {
     /// A watch with nothing seen yet.
     pub fn new(config: TrapConfig) -> Self {
-        Self { config, trail: Vec::new(), last: None, evidence: TrapEvidence::default() }
+        Self { config, trail: Vec::new(), last: None, carried_s: 0.0, evidence: TrapEvidence::default() }
     }
 
     /// Forgets the trail: a new plan, or a new task.
     pub fn restart(&mut self) {
         *self = Self::new(self.config);
+    }
+
+    /// Forgets the trail of a robot that is driving: it has another way now, and what its momentum takes
+    /// it away from that is no loss of progress.
+    pub fn restart_under_way(&mut self) {
+        self.restart();
+        self.carried_s = CARRIED_S;
     }
 
     /// Driven since the watch began \[m\].
@@ -96,8 +108,10 @@ impl TrapWatch {
             self.trail.push((position_in_world, self.evidence.driven_m));
         }
 
-        let progressed = to_go.is_finite()
-            && self.evidence.least_to_go.is_none_or(|least| to_go <= least - self.config.progress_m);
+        let carried = self.carried_s > 0.0;
+        self.carried_s -= dt_s;
+        let nearer = |least| to_go <= least - self.config.progress_m;
+        let progressed = to_go.is_finite() && (carried || self.evidence.least_to_go.is_none_or(nearer));
         if progressed {
             self.evidence.least_to_go = Some(to_go);
             self.evidence.without_progress_s = 0.0;
@@ -151,6 +165,18 @@ mod tests {
         let mut watch = TrapWatch::new(TrapConfig::default());
         let circle = (0..=100).map(|i| f64::from(i) / 100.0 * TAU).map(|a| Point2::new(a.cos(), a.sin()));
         assert!(drive(&mut watch, circle).revisited.is_some());
+    }
+
+    #[test]
+    fn what_momentum_takes_away_from_a_new_way_is_no_loss_but_driving_on_is() {
+        let mut watch = TrapWatch::new(TrapConfig::default());
+        watch.restart_under_way();
+        // On for 0.8 m at 0.4 m/s, away from where the new way leads, then back as slowly as it takes.
+        let on = (0..20).map(|i| Point2::new(-0.04 * f64::from(i), 0.0));
+        let back = (0..70).map(|i| Point2::new(-0.8 + 0.004 * f64::from(i), 0.0));
+        assert!(!drive(&mut watch, on.chain(back)).stuck);
+        watch.restart_under_way();
+        assert!(drive(&mut watch, (0..120).map(|i| Point2::new(-0.04 * f64::from(i), 0.0))).stuck);
     }
 
     #[test]
