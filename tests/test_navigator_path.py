@@ -28,12 +28,13 @@ def walked(world, start, goal, **config):
 
 def cost(world, path):
     """∫ cost ds along a polyline, by steps of a millimetre."""
-    costs = cairn.costmap(world, OUTLINE)
+    costs = cairn.costmap(world, OUTLINE).costs
+    assert costs is not None
     total = 0.0
     for a, b in itertools.pairwise(path):
         length = float(np.hypot(*(b - a)))
         for t in (np.arange(n := max(1, math.ceil(length / 1e-3))) + 0.5) / n:
-            total += costs.costs[world.cell_of(tuple(a + t * (b - a)))] * length / n
+            total += costs[world.cell_of(tuple(a + t * (b - a)))] * length / n
     return total
 
 
@@ -61,5 +62,6 @@ def test_the_way_walked_anew_is_the_any_angle_path_of_the_repaired_field():
     path = path_of(drive)
     field = cairn.plan(cairn.costmap(drive.nav.map(), OUTLINE), (7.0, 1.5))
     anew = field.path(tuple(path[0]), any_angle=True)
+    assert anew is not None
     assert len(path) > 4
     assert np.array_equal(path, anew)
