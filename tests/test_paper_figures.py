@@ -39,6 +39,10 @@ def texts_of(monkeypatch, name, record, folder):
                 box = text.get_window_extent()
                 assert box.x0 >= 0, text
                 assert box.x1 <= page.bbox.width, text
+        titles = [axes._left_title for axes in page.axes] + [axes.title for axes in page.axes]
+        for title in (one for one in titles if one.get_text()):
+            box = title.get_window_extent()
+            assert not any(box.overlaps(text.get_window_extent()) for text in page.texts)
     return found
 
 

@@ -166,6 +166,7 @@ def draw_cases(record: dict[str, Any], path: Path) -> Path:
         "steps of 1 and 1.41; the path by dynamic programming; shaded: the layers of the cells, "
         "from the goal; maps of our own, of the paper's three kinds",
     )  # fmt: skip
+    room = (room[0], room[1], room[2], room[3] - 0.5 / figure.get_figheight())  # for the titles
     (row,) = grid_of(figure, room, 1, 3, wspace=0.06)
     for axes, case in zip(row, record["cases"], strict=True):
         free = np.array(case["free"])
