@@ -138,7 +138,7 @@ def test_the_player_knows_every_tick(told, page):
     data = next(o for o in named(parsed(page), "script") if o.get("id") == "run")
     robot = json.loads(data.text)["robots"][0]
     story = told[2].robots[0]
-    assert {len(column) for column in robot.values()} == {len(story.time_s)}
+    assert {len(column) for column in robot.values() if column} == {len(story.time_s)}
     np.testing.assert_allclose(robot["x"], story.truth[:, 0], atol=6e-4)
 
 

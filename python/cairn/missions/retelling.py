@@ -72,6 +72,9 @@ def _body(scenario: dict[str, Any], folder: Path | None) -> dict[str, Any]:
     return {
         "outline_m": (box.length_m, box.width_m),
         "limits": (limits.linear_mps, limits.angular_radps),
+        "sonars": [
+            (one.pose.x, one.pose.y, one.pose.heading, one.beam_rad) for one in profile.sonars
+        ],
     }
 
 

@@ -85,6 +85,7 @@ def _frames(story: Story, count: int, width_px: int) -> Iterator[Image.Image]:
         picture = under.copy()
         draw = ImageDraw.Draw(picture)
         for robot in story.robots:
+            canvas.draw_echoes(draw, robot, robot.at(time_s))
             canvas.draw_robot(draw, robot, robot.at(time_s))
         canvas.draw_bar(draw, time_s)
         yield picture.reduce(SMOOTH)
@@ -208,6 +209,21 @@ class _Canvas:
         draw.polygon(corners, fill=_mode(robot.mode[tick])[1], outline=PAPER, width=SMOOTH)
         nose = np.array([math.cos(pose[2]), math.sin(pose[2])]) * self.story.outline_m[0] / 2
         draw.line([self.at(pose), self.at(pose[:2] + nose)], fill=PAPER, width=2 * SMOOTH)
+
+    def draw_echoes(self, draw: ImageDraw.ImageDraw, robot: RobotStory, tick: int) -> None:
+        """Draw an arc where each sonar heard an echo."""
+        if robot.echoes_m is None:
+            return
+        x, y, heading = robot.truth[tick]
+        c, s = math.cos(heading), math.sin(heading)
+        sonars = zip(self.story.sonars, robot.echoes_m[tick], strict=True)
+        for (sx, sy, looks, beam), echo_m in sonars:
+            if not math.isfinite(echo_m):
+                continue
+            u, v = self.at((x + c * sx - s * sy, y + s * sx + c * sy))
+            r = self.scale * echo_m
+            ends = (-math.degrees(heading + looks + side * beam / 2) for side in (1, -1))
+            draw.arc((u - r, v - r, u + r, v + r), *ends, fill=BLUE, width=SMOOTH)
 
     def draw_bar(self, draw: ImageDraw.ImageDraw, time_s: float) -> None:
         """Say below the map what the first robot does, and why."""

@@ -24,7 +24,7 @@ class RobotStory:
 
     Args:
         time_s: (n,) by the run's clock.
-        truth, estimate: (n, 3).
+        truth, estimate: (n, 3); truth is the estimate where nobody judged, on a real robot, say.
         sigma_m: (n,) what it believes its position to be off by, one sigma; nan where not known.
         mode, sentence: n each.
         command, measured: (n, 2) V [m/s] and ω [rad/s].
@@ -33,6 +33,8 @@ class RobotStory:
         tracking, avoidance: of the decision, None where that part was not asked.
         plans: (time [s], (k, 2) points [m]) of every plan walked.
         transitions, recoveries, contacts, goals: as in the run's summary.
+        judged: whether somebody knew the truth.
+        echoes_m: (n, sonars) what they measured, nan or inf for none; None where not kept.
     """
 
     name: str
@@ -53,6 +55,8 @@ class RobotStory:
     recoveries: list[dict[str, Any]] = field(default_factory=list)
     contacts: list[dict[str, Any]] = field(default_factory=list)
     goals: list[dict[str, Any]] = field(default_factory=list)
+    judged: bool = True
+    echoes_m: Floats | None = None
 
     @property
     def off_m(self) -> Floats:
@@ -81,6 +85,7 @@ class Story:
         world: what really stands there, boxes apart; None where that is not known any more.
         outline_m: (length, width) of the robots.
         limits: V [m/s] and ω [rad/s] at most.
+        sonars: (x, y, heading, full angle of the cone) of each in the robot frame [m, rad].
     """
 
     summary: dict[str, Any]
@@ -90,6 +95,7 @@ class Story:
     outline_m: tuple[float, float]
     limits: tuple[float, float]
     robots: list[RobotStory]
+    sonars: list[tuple[float, float, float, float]] = field(default_factory=list)
 
     @property
     def name(self) -> str:
@@ -136,6 +142,8 @@ def tell(
     plans: Mapping[str, Sequence[tuple[float, Floats]]] | None = None,
     outline_m: tuple[float, float] = (0.626, 0.505),
     limits: tuple[float, float] = (0.7, 2.44),
+    sonars: Sequence[tuple[float, float, float, float]] = (),
+    echoes: Mapping[str, Mapping[int, Sequence[float]]] | None = None,
 ) -> Story:
     """Make a story of a run's summary and ticks.
 
@@ -145,8 +153,9 @@ def tell(
         scenario: as run.
         ticks: `{"time_s", "robot", "truth", "clearance_m", "decision"}`, see
             `cairn.record.open_run`.
-        known, world, outline_m, limits: see `Story`.
+        known, world, outline_m, limits, sonars: see `Story`.
         plans: of every robot, see `RobotStory`.
+        echoes: of every robot, by the number of the tick; of `sonars`, further ranges are left out.
 
     Raises:
         ValueError: there is not one tick.
@@ -161,9 +170,24 @@ def tell(
         _robot(name, own, told.get(name), list((plans or {}).get(name, ())))
         for name, own in rows.items()
     ]
+    for robot in robots:
+        robot.echoes_m = _echoes(rows[robot.name], (echoes or {}).get(robot.name), len(sonars))
     return Story(
-        dict(summary or {}), dict(scenario), known, world, outline_m, limits, robots
-    )  # fmt: skip
+        dict(summary or {}), dict(scenario), known, world, outline_m, limits, robots, list(sonars)
+    )
+
+
+def _echoes(
+    rows: list[Mapping[str, Any]], measured: Mapping[int, Sequence[float]] | None, sonars: int
+) -> Floats | None:
+    if not measured or not sonars:
+        return None
+    echoes = np.full((len(rows), sonars), np.nan)
+    for number, row in enumerate(rows):
+        ranges = measured.get(row["decision"]["tick"])
+        if ranges is not None and len(ranges) >= sonars:
+            echoes[number] = ranges[:sonars]
+    return echoes
 
 
 def _robot(
@@ -176,10 +200,8 @@ def _robot(
     robot = RobotStory(
         name=name,
         time_s=_floats(row["time_s"] for row in rows),
-        truth=np.array([row["truth"] for row in rows], float),
-        estimate=np.array(
-            [[d["pose"][k] for k in ("x", "y", "heading")] for d in decisions], float
-        ),
+        truth=np.array([_judged(row) for row in rows], float),
+        estimate=np.array([_pose(d["pose"]) for d in decisions], float),
         sigma_m=_floats(_sigma(d.get("covariance")) for d in decisions),
         mode=[d["mode"] for d in decisions],
         sentence=[d["sentence"] for d in decisions],
@@ -194,6 +216,7 @@ def _robot(
         tracking=[d.get("tracking") for d in decisions],
         avoidance=[d.get("avoidance") for d in decisions],
         plans=plans,
+        judged=all(row["truth"] is not None for row in rows),
     )
     if told is None:
         robot.transitions = _transitions(rows)
@@ -245,6 +268,18 @@ def _sigma(covariance: Any) -> float:
     if not np.isfinite(part).all():
         return math.nan
     return math.sqrt(max(float(np.linalg.eigvalsh(part)[-1]), 0.0))
+
+
+def _judged(row: Mapping[str, Any]) -> tuple[float, float, float]:
+    """Where the robot was by truth; by its own estimate where nobody judged."""
+    if row["truth"] is None:
+        return _pose(row["decision"]["pose"])
+    x, y, heading = row["truth"]
+    return (x, y, heading)
+
+
+def _pose(pose: Mapping[str, float]) -> tuple[float, float, float]:
+    return (pose["x"], pose["y"], pose["heading"])
 
 
 def _twist(twist: Mapping[str, Any] | None) -> tuple[float, float]:

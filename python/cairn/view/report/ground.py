@@ -46,12 +46,12 @@ def drawn(story: Story) -> Markup:
         SubElement(element, "title").text = f"{box.get('name', 'box')}: not on the map"
     for robot in story.robots:
         _draw_way(svg, story, robot)
-    for number, robot in enumerate(story.robots):
-        _draw_robot(svg, story, robot, number)
     placed: list[tuple[float, float]] = []
     for robot in story.robots:
         _draw_ends(svg, story, robot, unit)
         _draw_notes(svg, robot, label_of(story, robot), unit, placed)
+    for number, robot in enumerate(story.robots):
+        _draw_robot(svg, story, robot, number)
     _draw_scale(svg, story, unit)
     return as_markup(svg)
 
@@ -80,9 +80,10 @@ def _draw_world(svg: Element, defs: Element, world: World, name: str) -> None:
 
 
 def _draw_way(svg: Element, story: Story, robot: RobotStory) -> None:
-    for _, points in robot.plans:
-        if len(points) > 1:
-            SubElement(svg, "polyline", {"class": "plan", "points": _points(points)})
+    plans = [points for _, points in robot.plans if len(points) > 1]
+    for number, points in enumerate(plans):
+        kind = "plan" if number == len(plans) - 1 else "plan old"
+        SubElement(svg, "polyline", {"class": kind, "points": _points(points)})
     if story.scenario.get("pose") != "truth":
         SubElement(svg, "path", {"class": "believed", "d": _path(robot.estimate)})
     _draw_outlines(svg, story, robot)
@@ -113,11 +114,12 @@ def _draw_robot(svg: Element, story: Story, robot: RobotStory, number: int) -> N
         "class": f"robot {robot.mode[-1]}", "data-robot": str(number),
         "transform": f"translate({x:.3f} {-y:.3f}) rotate({-math.degrees(heading):.1f})",
     })  # fmt: skip
+    SubElement(group, "path", {"class": "cones", "d": "M0 0"})  # the player's
     SubElement(group, "rect", {
         "x": f"{-length / 2:.3f}", "y": f"{-width / 2:.3f}", "width": f"{length:.3f}",
         "height": f"{width:.3f}", "rx": f"{0.12 * width:.3f}",
     })  # fmt: skip
-    SubElement(group, "path", {"d": f"M0 0H{length / 2:.3f}"})
+    SubElement(group, "path", {"class": "nose", "d": f"M0 0H{length / 2:.3f}"})
     SubElement(group, "title").text = robot.name
 
 

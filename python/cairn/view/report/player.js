@@ -16,6 +16,18 @@
     }
     return low;
   }
+  function cones(ranges) {
+    return run.sonars.map(function (sonar, k) {
+      if (ranges[k] < 0) return "";
+      var r = ranges[k] / 100, from = sonar[2] - sonar[3] / 2, to = sonar[2] + sonar[3] / 2;
+      function at(angle) {
+        return (sonar[0] + r * Math.cos(angle)).toFixed(3) + " " +
+          (-sonar[1] - r * Math.sin(angle)).toFixed(3);
+      }
+      return "M" + sonar[0] + " " + -sonar[1] + "L" + at(from) + "A" + r + " " + r + " 0 0 0 " +
+        at(to) + "Z";
+    }).join("") || "M0 0";
+  }
   function show(t) {
     time = Math.max(0, Math.min(run.end_s, t));
     slider.value = time;
@@ -31,6 +43,7 @@
       body.setAttribute("class", "robot " + mode);
       body.setAttribute("transform", "translate(" + robot.x[i] + " " + -robot.y[i] + ") rotate(" +
         (-robot.h[i] * 180 / Math.PI).toFixed(1) + ")");
+      if (robot.echoes) body.querySelector(".cones").setAttribute("d", cones(robot.echoes[i]));
       if (number === 0) {
         output.textContent = time.toFixed(1) + " s  " + robot.v[i].toFixed(2) + " m/s";
         now.className = "now " + mode;

@@ -22,6 +22,12 @@ NAMES = {
 }
 
 
+_TRUTH = {
+    True: ". Truth is the simulator's; the robot never saw it.",
+    False: ". Nobody knew the truth: where the robot was is where it believed to be.",
+}
+
+
 class Fact(NamedTuple):
     """A number at the top of the page."""
 
@@ -58,6 +64,7 @@ def page_of(story: Story) -> str:
         modes_seen=seen,
         has_plan=any(robot.plans for robot in story.robots),
         has_belief=story.scenario.get("pose") != "truth",
+        has_echoes=any(robot.echoes_m is not None for robot in story.robots),
         no_map=story.known is None and story.world is not None,
         contacts=any(robot.contacts for robot in story.robots),
         robots=[_robot(robot, story, end_s) for robot in story.robots],
@@ -148,6 +155,8 @@ def _charts(robot: RobotStory, story: Story, end_s: float) -> list[svg.Chart]:
             )
         )  # fmt: skip
     charts.append(_curvatures(robot, end_s))
+    if not robot.judged:
+        return charts
     charts.append(
         svg.Chart(
             "Localisation error [m]", time_s, [svg.Line("first", robot.off_m)],
@@ -241,7 +250,7 @@ def _made_from(story: Story) -> str:
         parts.append(f"Cairn {story.summary['version']}")
     if "config_hash" in story.summary:
         parts.append(f"configuration {story.summary['config_hash']}")
-    return "; ".join(parts) + ". Truth is the simulator's; the robot never saw it."
+    return "; ".join(parts) + _TRUTH[all(r.judged for r in story.robots)]
 
 
 def _plain(summary: dict[str, Any]) -> str:
@@ -264,6 +273,7 @@ def _data(story: Story) -> dict[str, Any]:
                 "h": _short(robot.truth[:, 2], 3),
                 "v": _short(np.nan_to_num(robot.command[:, 0]), 2),
                 "mode": [modes.index(mode) for mode in robot.mode],
+                "echoes": _echoes(robot),
                 "said": [sentences.setdefault(text, len(sentences)) for text in robot.sentence],
             }
         )
@@ -272,8 +282,17 @@ def _data(story: Story) -> dict[str, Any]:
         "modes": modes,
         "names": NAMES,
         "sentences": list(sentences),
+        "sonars": [[round(value, 4) for value in sonar] for sonar in story.sonars],
         "robots": robots,
     }
+
+
+def _echoes(robot: RobotStory) -> list[list[int]] | None:
+    """What the sonars measured at every tick [cm]; -1: no echo."""
+    if robot.echoes_m is None:
+        return None
+    whole = np.where(np.isfinite(robot.echoes_m), np.round(100 * robot.echoes_m), -1)
+    return whole.astype(int).tolist()
 
 
 def _short(values: np.ndarray, decimals: int) -> list[float]:
