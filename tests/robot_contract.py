@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import cairn
+from cairn import errors
 from cairn.robots import Box, Scene, Twist
 
 P3AT = cairn.Profile.load("p3at")
@@ -163,6 +164,44 @@ class RobotContract:
         robot.advance(1.0)
         assert robot.clearance_m == math.inf
         assert not robot.contacts
+
+    def test_a_box_put_down_on_the_way_is_seen_touched_by_name_and_gone_when_taken_away(self):
+        robot = self.make(Scene(spares=2), noise=EXACT)
+        robot.stage.put(Box(2.0, 0.0, 0.5, 4.0, name="shelf"))
+        robot.advance(TICK_S)
+        # Its front face stands at x 1.75: sonar 3, 10 deg off at (0.245, 0.02), hears it at once.
+        assert robot.sense().ranges_m[3] == pytest.approx(1.75 - 0.245, abs=2e-3)
+        assert robot.clearance_m == pytest.approx(1.75 - P3AT.footprint.length_m / 2, abs=2e-3)
+        drive(robot, (0.5, 0.0), 6.0)
+        assert [c.name for c in robot.contacts] == ["shelf"]
+        assert robot.truth.x == pytest.approx(1.75 - P3AT.footprint.length_m / 2, abs=0.01)
+        assert robot.stage.take_away("shelf")
+        drive(robot, (0.5, 0.0), 4.0)
+        assert robot.truth.x > 2.5
+        assert np.isinf(robot.sense().ranges_m).all()
+
+    def test_a_box_put_down_onto_the_robot_waits_until_it_has_left(self):
+        robot = self.make(Scene(spares=1), noise=EXACT)
+        robot.stage.put(Box(0.0, 0.0, 0.3, 0.3, name="bucket"))
+        robot.advance(TICK_S)
+        assert robot.clearance_m == math.inf
+        drive(robot, (0.5, 0.0), 4.0)
+        assert robot.clearance_m == pytest.approx(
+            robot.truth.x - P3AT.footprint.length_m / 2 - 0.15, abs=5e-3
+        )
+        assert not robot.contacts
+
+    def test_no_more_boxes_stand_than_there_are_spares_and_a_spare_plays_another_box(self):
+        robot = self.make(Scene(spares=1), noise=EXACT)
+        robot.stage.put(Box(3.0, 0.0, 0.5, 4.0, name="one"))
+        with pytest.raises(errors.StageFull, match="1 boxes stand"):
+            robot.stage.put(Box(2.0, 0.0, 0.5, 4.0, name="two"))
+        robot.advance(TICK_S)
+        robot.stage.take_away("one")
+        robot.stage.put(Box(0.0, 2.0, 6.0, 0.2, 0.0, name="two"))
+        robot.advance(TICK_S)
+        assert robot.clearance_m == pytest.approx(1.9 - P3AT.footprint.width_m / 2, abs=2e-3)
+        assert robot.sense().ranges_m[0] == pytest.approx(1.9 - 0.136, abs=2e-3)
 
     def test_a_shove_moves_it_in_its_own_frame_unseen_by_the_wheels(self):
         robot = self.make(room(), (0.0, 0.0, math.pi / 2), noise=EXACT)

@@ -100,6 +100,13 @@ class SimulationNotInstalled(CairnError):
     """The physics engine is an extra that is not installed."""
 
 
+class StageFull(CairnError):
+    """As many boxes stand as may be put down during a run."""
+
+    box: str
+    spares: int
+
+
 class TunerNotInstalled(CairnError):
     """The optimiser that tunes controllers is an extra that is not installed."""
 

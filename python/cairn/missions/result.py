@@ -20,6 +20,7 @@ CANCELLED = "cancelled"  # called off by an event of the scenario
 REPLACED = "replaced"  # by a new goal on the way, an event of the scenario
 TIMED_OUT = "timed_out"
 EXPLORED = "explored"
+ABANDONED = "abandoned"  # the run was ended by hand before it was over
 
 EXIT_OK = 0
 EXIT_USAGE = 2
@@ -167,6 +168,8 @@ class RobotResult:
     @property
     def sentence(self) -> str:
         """The first goal that did not end as expected; else expected refusals and the last goal."""
+        if not self.goals:
+            return "no goal was given"
         *earlier, last = self.goals
         wrong = next((goal for goal in self.goals if not goal.as_expected), None)
         if wrong is not None:

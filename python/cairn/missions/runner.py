@@ -76,39 +76,21 @@ def run(
     began = time.perf_counter()
     scene = setting(scenario, seed)
     built = time.perf_counter()
-    config_hash = scenario.config_hash()
-    scenario = scenario.model_copy(update={"pose": scenario.pose or scene.pose})
-    loop = _Loop(scenario, scene, list(observers))
+    loop = Loop(scenario, scene, list(observers))
     loop.play()
-    ended = time.perf_counter()
-    robots = [follower.result() for follower in loop.followers]
-    return Result(
-        scenario=scenario,
-        seed=seed,
-        version=cairn.__version__,
-        config_hash=config_hash,
-        time_s=loop.time_s,
-        robots=robots,
-        unmet=_unmet(scenario, robots),
-        wall={
-            "build_s": built - began,
-            "run_s": ended - built,
-            "decide_mean_ms": 1e3 * loop.deciding_s / max(loop.decisions, 1),
-            "decide_max_ms": 1e3 * loop.slowest_s,
-            "real_time_factor": loop.time_s / max(ended - built, 1e-9),
-        },
-        map=scene.known,
-        world=scene.world,
-    )
+    return loop.result(seed, build_s=built - began, run_s=time.perf_counter() - built)
 
 
-class _Loop:
+class Loop:
     """One run: the clock, the events, and a follower for each robot."""
 
     def __init__(self, scenario: Scenario, setting: Setting, observers: list[Observer]) -> None:
-        self.scenario, self.observers = scenario, observers
-        leader = _Follower(setting.agents[0], scenario, setting, None)
-        others = [_Follower(agent, scenario, setting, leader) for agent in setting.agents[1:]]
+        """Begin at time zero."""
+        self.config_hash = scenario.config_hash()
+        scenario = scenario.model_copy(update={"pose": scenario.pose or setting.pose})
+        self.scenario, self.setting, self.observers = scenario, setting, observers
+        leader = Follower(setting.agents[0], scenario, setting, None)
+        others = [Follower(agent, scenario, setting, leader) for agent in setting.agents[1:]]
         self.followers = [leader, *others]
         self.events = list(scenario.events)
         self.ticks = 0
@@ -117,24 +99,64 @@ class _Loop:
 
     @property
     def time_s(self) -> float:
+        """Simulated time that has passed."""
         return round(self.ticks * TICK_S, 6)
+
+    @property
+    def done(self) -> bool:
+        """Whether every robot has done its goals."""
+        return all(follower.done for follower in self.followers)
 
     def play(self) -> None:
         """Run until every robot has done its goals, or the time is up."""
         while self.time_s < self.scenario.timeout_s:
-            self._let_happen()
-            for follower in self.followers:
-                self._step(follower)
-            if all(follower.done for follower in self.followers):
+            self.decide()
+            if self.done:
                 break
-            for follower in self.followers:
-                follower.agent.robot.advance(TICK_S)
-            self.ticks += 1
-            self._meet()
+            self.move()
+        self.close()
+
+    def decide(self) -> None:
+        """First half of a tick: what is due happens, every robot senses, decides and commands."""
+        self._let_happen()
+        for follower in self.followers:
+            self._step(follower)
+
+    def move(self) -> None:
+        """Second half of a tick: time passes."""
+        for follower in self.followers:
+            follower.agent.robot.advance(TICK_S)
+        self.ticks += 1
+        self._meet()
+
+    def close(self) -> None:
+        """End the run: what is still open is out of time."""
         for follower in self.followers:
             follower.time_up(self.time_s)
 
-    def _step(self, follower: _Follower) -> None:
+    def result(self, seed: int, *, build_s: float, run_s: float) -> Result:
+        """Sum up; wall times are the caller's."""
+        robots = [follower.result() for follower in self.followers]
+        return Result(
+            scenario=self.scenario,
+            seed=seed,
+            version=cairn.__version__,
+            config_hash=self.config_hash,
+            time_s=self.time_s,
+            robots=robots,
+            unmet=_unmet(self.scenario, robots),
+            wall={
+                "build_s": build_s,
+                "run_s": run_s,
+                "decide_mean_ms": 1e3 * self.deciding_s / max(self.decisions, 1),
+                "decide_max_ms": 1e3 * self.slowest_s,
+                "real_time_factor": self.time_s / max(run_s, 1e-9),
+            },
+            map=self.setting.known,
+            world=self.setting.world,
+        )
+
+    def _step(self, follower: Follower) -> None:
         began = time.perf_counter()
         tick = follower.step(self.time_s)
         took = time.perf_counter() - began
@@ -184,14 +206,14 @@ class _Under:
         return self.task.explore_s if isinstance(self.task, Goal) else None
 
 
-class _Follower:
+class Follower:
     """Takes one robot through its tasks and keeps account of it.
 
     The first robot leads: the field it plans to a goal serves the others that share the goal.
     """
 
     def __init__(
-        self, agent: Agent, scenario: Scenario, setting: Setting, leader: _Follower | None
+        self, agent: Agent, scenario: Scenario, setting: Setting, leader: Follower | None
     ) -> None:
         self.agent, self.scenario, self.setting = agent, scenario, setting
         self.leader = leader
@@ -208,11 +230,24 @@ class _Follower:
         self.touching: set[str] = set()
         self.meetings: list[dict[str, Any]] = []
         self.sentence = ""
+        self.readings: Any = None  # `cairn.robots.Readings` of the last tick
+        self.decision: Any = None
         self.free_since_s = 0.0  # of tasks
 
     @property
     def done(self) -> bool:
+        """Whether there is nothing under way and nothing waiting."""
         return self.under is None and not self.waiting
+
+    @property
+    def heading_for(self) -> tuple[float, float] | None:
+        """The goal under way, or the one to be taken at once."""
+        if self.under is not None:
+            return self.under.goal
+        task = self.waiting[0] if self.waiting else None
+        if task is None or (isinstance(task, Goal) and (task.explore_s or task.wait_s)):
+            return None
+        return self.setting.point_of(task)
 
     def is_in(self, mode: str, for_s: float) -> bool:
         """Whether the navigator is in that mode, and has been for that long."""
@@ -237,6 +272,7 @@ class _Follower:
             world_from_robot=truth if self.scenario.pose == "truth" else None,
         )
         robot.command(decision.twist)
+        self.readings, self.decision = readings, decision
         self.sentence = str(decision.sentence)
         self._offer_field()
         clearance_m = min([float(robot.clearance_m), *self.apart_m.values()])
@@ -258,13 +294,40 @@ class _Follower:
             if self.under is not None:
                 self.agent.navigator.cancel()
                 self._end_soon(outcomes.CANCELLED, "called off on the way", time_s)
-        elif self.under is not None:
+        else:
+            self.order(event, time_s)
+
+    def order(self, task: Goal | NewGoal, time_s: float) -> None:
+        """Give it a task that comes before all others; it replaces one under way."""
+        if self.under is not None:
             self._close(
                 outcomes.REPLACED, "replaced by a new goal on the way", time_s, _pose(self.last)
             )
-            self._take(event, time_s)
+            self._take(task, time_s)
         else:
-            self.waiting.insert(0, event)
+            self.waiting.insert(0, task)
+
+    def abandon(self, time_s: float) -> None:
+        """Leave off: nobody waits for its tasks any more."""
+        if self.under is not None:
+            self.agent.navigator.cancel()
+            why = f"; last: {_without_mode(self.sentence)}" if self.sentence else ""
+            self._close(
+                outcomes.ABANDONED, f"the run was ended on the way{why}", time_s, _pose(self.last)
+            )
+        while self.waiting:
+            self._take(self.waiting.pop(0), time_s, begin=False)
+            self._close(
+                outcomes.ABANDONED, "not begun when the run was ended", time_s, _pose(self.last)
+            )
+
+    def give_up(self, time_s: float, limit_s: float) -> None:
+        """Call off a task that has been under way for longer than `limit_s`."""
+        under = self.under
+        if under is None or under.ending is not None or time_s - under.started_s < limit_s:
+            return
+        self.agent.navigator.cancel()
+        self._end_soon(outcomes.TIMED_OUT, f"given up after {limit_s:g} s", time_s)
 
     def met(self, name: str, apart_m: float, time_s: float) -> None:
         """Take note of how far another robot's outline is."""

@@ -44,8 +44,13 @@ class Setting:
         return point_of(where, self.world)
 
 
-def build(scenario: Scenario, seed: int) -> Setting:
+def build(scenario: Scenario, seed: int, *, spares: int = 0) -> Setting:
     """Build the setting a scenario describes, ready to run.
+
+    Args:
+        scenario: what to build.
+        seed: of everything random.
+        spares: how many boxes may be put down during the run.
 
     Raises:
         CairnError: what the scenario names does not exist or does not fit together.
@@ -57,7 +62,7 @@ def build(scenario: Scenario, seed: int) -> Setting:
     assert world is not None  # the scenario is checked: no map needs a world
     profile = cairn.Profile.load(_beside(scenario.profile, scenario.folder))
     pose = _pose_source(scenario, known, profile)
-    scene = robots.Scene.from_world(world, [_box(box) for box in scenario.boxes])
+    scene = robots.Scene.from_world(world, [_box(box) for box in scenario.boxes], spares=spares)
     noise = None if profile.noise is None else profile.noise.scaled(scenario.noise)
     for goal in scenario.goals:
         if goal.explore_s is None:

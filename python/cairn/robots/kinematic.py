@@ -25,7 +25,7 @@ from cairn.robots.robot import (
     positive_scale,
     wrap_angle,
 )
-from cairn.robots.scene import Scene
+from cairn.robots.scene import Scene, Stage
 from cairn.robots.sensors import Firing, Gyroscope, RangeSensors, WheelEncoders
 
 _STEP_S = 0.01
@@ -102,6 +102,11 @@ class KinematicRobot:
     def velocity(self) -> Twist:
         """How it really moves."""
         return self._velocity
+
+    @property
+    def stage(self) -> Stage:
+        """What stands around it now."""
+        return self._stage
 
     @property
     def contacts(self) -> list[Contact]:

@@ -42,7 +42,7 @@ def model_text(scene: Scene, robots: Sequence[tuple[Profile, Physics]]) -> str:
     """MJCF of a scene with robots `r0`, `r1`, ... at the origin.
 
     Static geoms are the walls and the boxes that stand throughout, named `wall<i>` and `box<i>`;
-    the other boxes are mocap bodies of those names.
+    the other boxes are mocap bodies of those names. Spare boxes are mocap bodies `spare<i>`.
     """
     lines = [
         '<mujoco model="cairn">',
@@ -66,6 +66,13 @@ def model_text(scene: Scene, robots: Sequence[tuple[Profile, Physics]]) -> str:
                 f'contype="{_STANDING}" conaffinity="0" friction="0.3 0.005 0.0001" '
                 f'size="{box.length_m / 2!r} {box.width_m / 2!r} {half!r}"/></body>'
             )
+    for i in range(scene.spares):
+        # Apart from each other: nothing of them touches while they are parked.
+        lines.append(
+            f'<body name="spare{i}" mocap="true" pos="{2.0 * i!r} 0 {PARKED_Z_M}">'
+            f'<geom name="spare{i}" type="box" group="1" contype="{_STANDING}" conaffinity="0" '
+            'friction="0.3 0.005 0.0001" size="0.25 0.25 0.25"/></body>'
+        )
     for i, (profile, physics) in enumerate(robots):
         lines.append(_robot(f"r{i}", profile, physics))
     lines.append("</worldbody><actuator>")

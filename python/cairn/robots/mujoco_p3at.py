@@ -31,8 +31,9 @@ from cairn.robots.robot import (
     positive_scale,
     wrap_angle,
 )
-from cairn.robots.scene import Scene, outline_at
+from cairn.robots.scene import Scene, Stage, outline_at
 from cairn.robots.sensors import Firing, Gyroscope, RangeSensors, WheelEncoders
+from cairn.robots.spares import Spares
 from cairn.robots.tyres import Tyres
 
 # The firmware sets wheel speeds every so many physics steps: 10 ms.
@@ -82,6 +83,7 @@ class MujocoWorld:
             for i in range(len(scene.boxes))
             if not mjcf.stands_throughout(scene, i)
         }
+        self._spares = Spares(self.model, scene.spares)
         self._names = self._geom_names(scene, specs)
         self.robots: list[MujocoP3AT] = []
         for i, spec in enumerate(specs):
@@ -147,9 +149,10 @@ class MujocoWorld:
             for robot in self.robots:
                 robot._margin_m = 0.0
         for i, mocap in self._mocap.items():
-            box = self.stage.scene.boxes[i]
+            box = self.stage.boxes[i]
             z = box.height_m / 2 if self.stage.standing[i] else mjcf.PARKED_Z_M
             self.data.mocap_pos[mocap, 2] = z
+        self._names |= self._spares.follow(self.stage, self.data)
 
     def _settle(self, starts: Sequence[Pose]) -> None:
         """Let wheels and floor come to rest far from everything, then stand at the start."""
@@ -219,6 +222,11 @@ class MujocoP3AT:
         heading = self.truth.heading
         vx, vy = float(self._qvel[0]), float(self._qvel[1])
         return Twist(vx * math.cos(heading) + vy * math.sin(heading), float(self._qvel[5]))
+
+    @property
+    def stage(self) -> Stage:
+        """What stands in its world now."""
+        return self.world.stage
 
     @property
     def contacts(self) -> list[Contact]:

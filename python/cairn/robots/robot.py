@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cairn import errors
 from cairn.profile import Profile
+
+if TYPE_CHECKING:
+    from cairn.robots.scene import Stage
 
 
 class Pose(NamedTuple):
@@ -97,6 +100,11 @@ class SimulatedRobot(Robot, Protocol):
     @property
     def velocity(self) -> Twist:
         """How it really moves."""
+        ...
+
+    @property
+    def stage(self) -> Stage:
+        """What stands around it now; robots of one physics share it."""
         ...
 
     @property

@@ -99,15 +99,19 @@ class Scene:
         wall_corners: points (k, 2) where the outline of that bends; sonar echoes from them.
         boxes: what the map does not show.
         wall_height_m: for a physics engine.
+        spares: how many boxes at a time may be put down during a run (`Stage.put`).
     """
 
     walls: Floats = field(default_factory=lambda: np.zeros((0, 6)))
     wall_corners: Floats = field(default_factory=lambda: np.zeros((0, 2)))
     boxes: tuple[Box, ...] = ()
     wall_height_m: float = 1.0
+    spares: int = 0
 
     @classmethod
-    def from_world(cls, world: Gridded, boxes: Iterable[Box | dict[str, Any]] = ()) -> Scene:
+    def from_world(
+        cls, world: Gridded, boxes: Iterable[Box | dict[str, Any]] = (), *, spares: int = 0
+    ) -> Scene:
         """The occupied cells of a map as few rectangles, and `boxes` besides.
 
         Unknown cells are empty. Boxes may be dicts of `Box`'s fields.
@@ -134,6 +138,7 @@ class Scene:
             walls.reshape(-1, 6),
             np.column_stack(in_world(points[:, 1], points[:, 0])).reshape(-1, 2),
             tuple(_as_box(box) for box in boxes),
+            spares=spares,
         )
 
     def stage(self) -> Stage:
@@ -152,22 +157,60 @@ class Stage:
 
     Attributes:
         scene: what it is a run of.
-        standing: of the scene's boxes, bool (n,).
+        boxes: the scene's, then those put down since, oldest first.
+        standing: of `boxes`, bool (n,).
+        gone: of `boxes`, bool (n,): taken away for good.
     """
 
     def __init__(self, scene: Scene) -> None:
         """Begin at time zero with the boxes that stand from the start."""
         self.scene = scene
+        self.boxes = list(scene.boxes)
+        self.gone = np.zeros(len(scene.boxes), dtype=bool)
         self._boxes = np.array([b.rectangle for b in scene.boxes]).reshape(-1, 6)
         self._triggered = np.array([b.appears_within_m is None for b in scene.boxes], dtype=bool)
         self.standing = np.zeros(len(scene.boxes), dtype=bool)
         self._assemble()
         self.update(0.0, ())
 
+    def put(self, box: Box) -> None:
+        """Put one more box down; it stands from the next `update` on that finds its place free.
+
+        Raises:
+            StageFull: the scene's `spares` are all in use.
+        """
+        if not self.spares_left:
+            raise errors.StageFull(
+                f"no room for `{box.name}`: {self.scene.spares} boxes stand that were put down "
+                "during the run, and no more may; take one away first",
+                box=box.name,
+                spares=self.scene.spares,
+            )
+        self.boxes.append(box)
+        self._boxes = np.vstack([self._boxes, box.rectangle[None]])
+        self._triggered = np.append(self._triggered, box.appears_within_m is None)
+        self.standing = np.append(self.standing, False)
+        self.gone = np.append(self.gone, False)
+
+    def take_away(self, name: str) -> bool:
+        """Take every box of that name away for good; False where there is none."""
+        named = np.array([box.name == name for box in self.boxes], dtype=bool) & ~self.gone
+        self.gone |= named
+        self.standing &= ~named
+        self._assemble()
+        return bool(named.any())
+
+    @property
+    def spares_left(self) -> int:
+        """How many more boxes may be put down."""
+        return self.scene.spares - int((~self.gone[len(self.scene.boxes) :]).sum())
+
     def update(self, time_s: float, robots: Sequence[tuple[Pose, Footprint]]) -> bool:
         """Let boxes come and go. True when one did."""
         before = self.standing.copy()
-        for i, box in enumerate(self.scene.boxes):
+        for i, box in enumerate(self.boxes):
+            if self.gone[i]:
+                continue
             if not self._triggered[i]:
                 x, y = box.appears_near or (box.x, box.y)
                 within = box.appears_within_m or 0.0
@@ -199,7 +242,7 @@ class Stage:
         walls = len(self.scene.walls)
         if index < walls:
             return "wall"
-        return self.scene.boxes[self._standing_index[index - walls]].name
+        return self.boxes[self._standing_index[index - walls]].name
 
     def near(self, x: float, y: float, radius_m: float) -> np.ndarray:
         """Rows of `rectangles` that may reach into a disc."""
