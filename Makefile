@@ -45,7 +45,7 @@ format: setup
 
 # uv rebuilds the brain whenever a Rust source changed (cache-keys in pyproject.toml).
 setup: .venv/bin/python
-	@$(UV) pip install --quiet --python $(PY) --constraint constraints.txt --editable ".[sim]" --group dev
+	@$(UV) pip install --quiet --python $(PY) --constraint constraints.txt --editable ".[sim,console]" --group dev
 
 .venv/bin/python: | $(UV)
 	$(UV) venv --quiet --python "$$(command -v python3)" .venv

@@ -7,6 +7,7 @@ Exit codes: 0 done or reached, 2 usage or bad input, 3 goal not reached or refus
 from cairn.cli import (
     bench,
     bench_nav,
+    console,
     doctor,
     localise,
     plan,
@@ -24,6 +25,7 @@ __all__ = [
     "app",
     "bench",
     "bench_nav",
+    "console",
     "doctor",
     "localise",
     "main",

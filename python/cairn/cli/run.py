@@ -12,6 +12,7 @@ import typer
 from rich.table import Table
 
 from cairn.cli.completion import names_of
+from cairn.cli.console import Browser, Host, Port, Speed, watch
 from cairn.cli.progress import Progress, bar, busy
 from cairn.cli.report import animated
 from cairn.cli.root import app, complain, complaints, console, ready
@@ -67,25 +68,36 @@ def run_command(
     animate: Annotated[
         Path | None, typer.Option(help="Write the run as an animation: .gif, .webp or .png.")
     ] = None,
+    live: Annotated[bool, typer.Option(help="Watch it in a browser, at real time.")] = False,
+    speed: Speed = 1.0,
+    host: Host = "127.0.0.1",
+    port: Port = None,
+    browser: Browser = None,
 ) -> None:
-    """Run a mission; `summary.json` and a picture stay in runs/<name>."""
+    """Run a mission; `summary.json` and a picture stay in runs/<name>.
+
+    --speed, --host, --port and --browser are for --live.
+    """
     if seeds is not None:
         if seed is not None:
             raise typer.BadParameter("give --seed or --seeds, not both")
+        if live:
+            raise typer.BadParameter("--live shows one run: give --seed")
         raise typer.Exit(_table([scenario], seeds, as_json))
     mission = Scenario.load(scenario)
     folder = ready(record or Path("runs") / mission.name)
     telling = report if report is not None else record is not None
     listener = Listener() if telling or animate is not None else None
-    with contextlib.ExitStack() as stack:
-        observers: list[Any] = []
-        if complaints.is_terminal:
-            observers.append(stack.enter_context(Progress(mission)))
-        if record is not None:
-            observers.append(stack.enter_context(DecisionLog(folder)))
-        if listener is not None:
-            observers.append(listener)
-        result = run(mission, seed=seed, observers=observers)
+    observers: list[Any] = [] if listener is None else [listener]
+    if record is not None:
+        observers.append(DecisionLog(folder))
+    if live:
+        (result,) = watch(
+            mission, seed=seed, observers=lambda _: observers, speed=speed, paused=False,
+            host=host, port=port, browser=browser, open_end=False, quiet=as_json,
+        )  # fmt: skip
+    else:
+        result = _run(mission, seed, observers)
     written = [write_summary(result.to_dict(), folder)]
     if picture:
         from cairn.view.picture import draw_run
@@ -107,6 +119,17 @@ def run_command(
         _print_result(result)
         console.print("[dim]" + "  ".join(str(path) for path in written) + "[/]")
     raise typer.Exit(result.exit_code)
+
+
+def _run(mission: Scenario, seed: int | None, observers: list[Any]) -> Result:
+    """Run a mission with its progress on the terminal."""
+    with contextlib.ExitStack() as stack:
+        if complaints.is_terminal:
+            observers = [Progress(mission), *observers]
+        for each in observers:
+            if isinstance(each, contextlib.AbstractContextManager):
+                stack.enter_context(each)
+        return run(mission, seed=seed, observers=observers)
 
 
 @app.command()

@@ -107,6 +107,17 @@ class StageFull(CairnError):
     spares: int
 
 
+class ConsoleNotInstalled(CairnError):
+    """The console in the browser is an extra that is not installed."""
+
+
+class ConsoleAddressUnusable(CairnError):
+    """The console cannot listen on the address that it was told."""
+
+    host: str
+    port: int
+
+
 class TunerNotInstalled(CairnError):
     """The optimiser that tunes controllers is an extra that is not installed."""
 

@@ -13,125 +13,46 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 from typing import Any
 
 from cairn.errors import CairnError
 from cairn.missions.moments import Moments
-from cairn.missions.result import Result
+from cairn.missions.result import CANCELLED, REPLACED, Result
 from cairn.missions.runner import TICK_S, Loop, Observer
-from cairn.missions.scenario import Cancel, EmergencyStop, Goal, NewGoal, Scenario, Shove, Start
+from cairn.missions.scenario import (
+    Cancel,
+    EmergencyStop,
+    Expect,
+    Goal,
+    NewGoal,
+    Scenario,
+    Shove,
+    Start,
+)
 from cairn.missions.setting import Setting, build
 from cairn.robots.scene import Box
+from cairn.view.console.commands import (
+    Begin,
+    CallOff,
+    Carry,
+    Command,
+    DriveTo,
+    End,
+    Explore,
+    Pause,
+    PutBox,
+    Show,
+    Speed,
+    Step,
+    StopNow,
+    TakeBox,
+)
 from cairn.view.console.snapshot import Note, Snapshot
 
 SPARES = 32  # boxes that may stand at a time besides the scenario's
 STOP_S = 1.0  # how long the emergency stop is pressed
 NOTES = 20
 SLOWEST, FASTEST = 0.1, 100.0  # times real time; beyond, inf: as fast as it goes
-
-
-@dataclass(frozen=True)
-class DriveTo:
-    """Drive there [m, world frame]; a goal under way is replaced."""
-
-    x_m: float
-    y_m: float
-    robot: int = 0
-
-
-@dataclass(frozen=True)
-class Explore:
-    """See what is unknown, for so long."""
-
-    for_s: float = 600.0
-    robot: int = 0
-
-
-@dataclass(frozen=True)
-class CallOff:
-    """End the task; the robot brakes to rest."""
-
-    robot: int = 0
-
-
-@dataclass(frozen=True)
-class StopNow:
-    """Press every robot's emergency stop, and call off all tasks."""
-
-
-@dataclass(frozen=True)
-class PutBox:
-    """Put a box down [m, rad, world frame]."""
-
-    x_m: float
-    y_m: float
-    length_m: float = 0.5
-    width_m: float = 0.5
-    heading: float = 0.0
-
-
-@dataclass(frozen=True)
-class TakeBox:
-    """Take a box away that was put down."""
-
-    name: str
-
-
-@dataclass(frozen=True)
-class Carry:
-    """Lift a robot and set it down there [m, rad, world frame]; nobody tells its navigator."""
-
-    x_m: float
-    y_m: float
-    heading: float | None = None
-    robot: int = 0
-
-
-@dataclass(frozen=True)
-class Begin:
-    """Begin anew: the first robot stands at another pose and knows it; None: where it did."""
-
-    start: tuple[float, float, float] | None = None
-
-
-@dataclass(frozen=True)
-class Pause:
-    """Let time stand still, or go on."""
-
-    on: bool = True
-
-
-@dataclass(frozen=True)
-class Step:
-    """Pause, and let so many ticks pass."""
-
-    ticks: int = 1
-
-
-@dataclass(frozen=True)
-class Speed:
-    """So many simulated seconds per second; inf: as many as there can be."""
-
-    factor: float
-
-
-@dataclass(frozen=True)
-class Show:
-    """Whose map and field the snapshots carry."""
-
-    robot: int
-
-
-@dataclass(frozen=True)
-class End:
-    """End the run."""
-
-
-Command = (
-    DriveTo | Explore | CallOff | StopNow | PutBox | TakeBox | Carry | Begin | Pause | Step | Speed
-    | Show | End
-)  # fmt: skip
 
 
 class Live:
@@ -268,8 +189,11 @@ class Live:
             if self._open_end:
                 for follower in loop.followers:
                     follower.give_up(loop.time_s, self._scenario.timeout_s)
+            ended = sum(len(follower.goals) for follower in loop.followers)
             loop.decide()
             self._decided = loop.ticks
+            if ended < sum(len(follower.goals) for follower in loop.followers):
+                self._tell_ends()
             self._publish()
             if not self._open_end and loop.done:
                 return False
@@ -338,10 +262,10 @@ class Live:
         self._over = None
         self._moments.begin(self._run)
         self._stack = contextlib.ExitStack()
-        observers = [
-            self._stack.enter_context(each) if hasattr(each, "__exit__") else each
-            for each in self._observers(self._run)
-        ]
+        observers = list(self._observers(self._run))
+        for each in observers:
+            if isinstance(each, contextlib.AbstractContextManager):
+                self._stack.enter_context(each)
         self._loop = Loop(scenario, setting, observers)
         self._decided = -1
         self._shown = min(self._shown, len(self._loop.followers) - 1)
@@ -474,9 +398,24 @@ class Live:
             raise ValueError(f"there is no robot {robot}; there are {len(followers)}")
         return followers[robot]
 
+    def _tell_ends(self) -> None:
+        """Tell of goals that ended in this tick, but of those that a person ended."""
+        for follower in self._loop.followers:
+            for goal in follower.goals:
+                if goal.ended_s == self._loop.time_s and goal.outcome not in (CANCELLED, REPLACED):
+                    self._tell(goal.sentence, wrong=not goal.as_expected)
+
     def _tell(self, text: str, *, wrong: bool) -> None:
         self._note_count += 1
         self._notes.append(Note(self._note_count, self._loop.time_s, text, wrong))
+
+
+def with_nothing_to_do(scenario: Scenario) -> Scenario:
+    """The same place, robots and boxes, without goals, events and expectations."""
+    robots = tuple(entry.model_copy(update={"goals": ()}) for entry in scenario.robots)
+    return scenario.model_copy(
+        update={"goals": (), "events": (), "expect": Expect(), "robots": robots}
+    )
 
 
 def _speed(factor: float) -> float:

@@ -76,7 +76,7 @@ class Moments:
             robots=tuple(self._robot(each) for each in loop.followers),
             world=self._world,
             grid=self._map(follower),
-            field=self._field(follower),
+            costs=self._costs(follower),
             boxes=tuple(
                 BoxState(
                     box.name, box.x, box.y, box.length_m, box.width_m, box.heading, box.height_m,
@@ -95,12 +95,13 @@ class Moments:
         agent, trace = follower.agent, follower.trace
         goal = follower.heading_for
         path = agent.navigator.path
-        truth = tuple(float(v) for v in agent.robot.truth)
+        x, y, heading = (float(v) for v in agent.robot.truth)
+        truth = (x, y, heading)
         recent = slice(-HISTORY_TICKS, None)
         return RobotState(
             name=agent.name,
             body=self._body(agent),
-            truth=(truth[0], truth[1], truth[2]),
+            truth=truth,
             estimate=trace.estimate[-1],
             ranges_m=np.array(follower.readings.ranges_m, float),
             decision=follower.decision.to_dict(),
@@ -155,7 +156,7 @@ class Moments:
             known = self._grids[name] = self._grid_of(world)
         return known
 
-    def _field(self, follower: Follower) -> Grid | None:
+    def _costs(self, follower: Follower) -> Grid | None:
         name = follower.agent.name
         field = follower.agent.navigator.field
         if field is None or follower.under is None or follower.under.goal is None:

@@ -151,7 +151,7 @@ class Snapshot:
         robots: at least one.
         world: what really stands there, boxes apart.
         grid: the map of the robot shown, as it is now.
-        field: its costs-to-go, or None.
+        costs: its costs-to-go, or None.
         boxes: what no map shows.
         places: named poses of the world.
         spares_left: how many more boxes may be put down.
@@ -170,7 +170,7 @@ class Snapshot:
     robots: tuple[RobotState, ...]
     world: Grid
     grid: Grid
-    field: Grid | None
+    costs: Grid | None
     boxes: tuple[BoxState, ...]
     places: dict[str, tuple[float, ...]] = field(default_factory=dict)
     spares_left: int = 0
