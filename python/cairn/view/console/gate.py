@@ -134,7 +134,9 @@ class Gate:
                 writer.write(_page(refused.status, str(refused)))
                 await writer.drain()
         except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.LimitOverrunError):
-            pass
+            pass  # whoever came has left, or says nothing
+        except asyncio.CancelledError:
+            pass  # the door is closing
         finally:
             self._open -= 1
             writer.close()
