@@ -11,7 +11,7 @@ from cairn.experiments.paper import arcs, cases, layers, machine, rules
 from cairn.experiments.reproduce import ALL, NOT_MADE
 from cairn.navigator import transitions
 
-PAPER = ("eq4", "fig3", "fig4", "fig7", "table1", "fig8", "fig10", "fig11", "fig12")
+PAPER = ("eq4", "fig3", "fig4", "fig5", "fig7", "table1", "fig8", "fig10", "fig11", "fig12")
 NAMED = {*(f"fig{n}" for n in range(1, 17)), "table1", "eq4"}
 
 
@@ -102,6 +102,10 @@ def test_vector_links_stand_for_every_link_of_the_map_but_those_out_of_the_goal(
     out_of_goal = int(indptr[goal + 1] - indptr[goal])
     assert sum(count for _, _, count in record["links"]) == indptr[-1] - out_of_goal
     assert {abs(i - j) for i, j, _ in record["links"]} <= {0, 1}
+
+
+def test_parameters_of_the_controller_are_as_the_paper_defines_them(records):
+    assert records["fig5"]["summary"]["most_off_by_hand"] < 1e-12
 
 
 def test_table_1_is_answered_as_printed(records):

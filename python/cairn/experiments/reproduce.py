@@ -228,6 +228,7 @@ ALL: dict[str, Callable[[], Reproduction]] = {
     "eq4": _paper("equation_4"),
     "fig3": _paper("solution_graph", 3),
     "fig4": _paper("solution_graph", 4),
+    "fig5": _paper("parameters"),
     "fig7": _paper("memberships", 7),
     "table1": _paper("table_1"),
     "fig8": _paper("memberships", 8),
@@ -244,7 +245,6 @@ ALL: dict[str, Callable[[], Reproduction]] = {
 NOT_MADE = {
     "fig1": "defines x, y and θ in a drawing; there is nothing to compute",
     "fig2": "defines the vector link in a drawing; `fig4` draws real ones",
-    "fig5": "defines dR, dθ, α₁ and α₂ in a drawing; a run's report shows them as they were",
     "fig6": "a block diagram of the two fuzzy modules; `fig7` and `fig8` draw what is in them",
     "fig13": "a photograph of the robot in the laboratory",
 }

@@ -149,6 +149,44 @@ def _layer(number: int) -> str:
     return f"layer {number}" if number else "G"
 
 
+def parameters() -> Reproduction:
+    """The controller's parameters in one posture."""
+    from cairn.experiments.paper import parameters as measuring
+
+    def draw(record: Record, folder: Path) -> list[Path]:
+        from cairn.view.parameters import draw_parameters
+
+        return [draw_parameters(record, folder / "fig5.png")]
+
+    def tables(record: Record) -> list[TableOf]:
+        rows = [
+            (name, f"{record['summary'][name]:.4f}", f"{value:.4f}")
+            for name, value in record["by_hand"].items()
+        ]
+        return [TableOf("parameters", ("", "the tracker says", "worked out anew"), rows)]
+
+    def caption(record: Record) -> Caption:
+        off = record["summary"]["most_off_by_hand"]
+        return Caption(
+            "[Maalouf06 Fig. 5]: the parameters of the fuzzy controller in one posture.",
+            f"one step of `cairn.Tracker` beside a bend, the robot at {measuring.POSE}.",
+            (
+                f"dR, dθ, α₁ and α₂ are as defined in the text, to {max(off, 1e-15):.0e}"
+                if off < 1e-9
+                else "dR, dθ, α₁ AND α₂ ARE NOT as defined in the text",
+            ),
+            (
+                "dR and dθ are taken from where the robot will be when the command takes hold, not "
+                "from where it is: with a loop and a latency of 0.1 s it would turn too late",
+                "path and posture are ours; the paper's drawing has no numbers",
+            ),
+        )
+
+    title = "the parameters of the fuzzy controller in one posture [Maalouf06 Fig. 5]"
+    measure = _one(measuring.measure, "one step")
+    return Reproduction(title, lambda: 1, measure, draw, tables, caption)
+
+
 def table_1() -> Reproduction:
     """Table 1 as the look-ahead module answers it."""
     from cairn.experiments.paper import rules
