@@ -7,9 +7,9 @@ export UV_PYTHON_DOWNLOADS := never
 export UV_SYSTEM_CERTS := true
 PY := .venv/bin/python
 CAIRN := .venv/bin/cairn
-PYTHON_SOURCES := python tests examples
+PYTHON_SOURCES := python tests examples docs
 
-.PHONY: run test test-rust test-python test-browser test-slow bench lint format setup lock clean
+.PHONY: run test test-rust test-python test-browser test-slow bench docs lint format setup lock clean
 
 run: setup
 	$(CAIRN) run office
@@ -42,6 +42,11 @@ bench: setup
 	@$(UV) pip install --quiet --python $(PY) --constraint constraints.txt --editable ".[sim,bench]" --group dev
 	$(CAIRN) bench plan
 
+# The site, into `site/`, from the repository alone. RUST=1: with the documentation of the crate.
+docs: setup
+	@$(UV) pip install --quiet --python $(PY) --constraint constraints.txt --editable ".[sim,docs]" --group dev
+	PYTHONPATH=docs $(PY) -m sitegen $(if $(RUST),--rust)
+
 lint: setup
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --quiet -- -D warnings
@@ -71,4 +76,4 @@ lock: | $(UV)
 		--no-emit-index-url --no-header --no-annotate pyproject.toml --output-file constraints.txt
 
 clean:
-	rm -rf .venv .uv target runs
+	rm -rf .venv .uv target runs site

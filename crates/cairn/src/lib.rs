@@ -5,6 +5,20 @@
 //!
 //! Arrows between the rooms: `geometry ← world ← {plan, track, avoid, locate} ← navigate`;
 //! `robot` needs only `geometry`; `fuzzy` needs nothing.
+//!
+//! ```
+//! use cairn::geometry::Pose2;
+//! use cairn::plan::{PlanOptions, plan_free};
+//! use cairn::world::{Cell, Grid, GridGeometry};
+//!
+//! let geometry = GridGeometry { rows: 3, cols: 4, resolution_m: 0.5, world_from_grid: Pose2::default() };
+//! let mut free = Grid::filled(geometry, true);
+//! free.values[geometry.index(Cell::new(1, 1))] = false;
+//! let field = plan_free(&free, &[Cell::new(0, 0)], &PlanOptions::default())?;
+//! assert_eq!(field.cost_to_go(Cell::new(0, 3)), 3.0); // straight steps, times 0.5 m
+//! assert_eq!(field.path(Cell::new(2, 2)).map(|way| way.len()), Some(5)); // no corner is cut
+//! # Ok::<(), cairn::plan::PlanError>(())
+//! ```
 
 pub mod avoid;
 pub mod fuzzy;

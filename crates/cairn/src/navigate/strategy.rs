@@ -133,6 +133,34 @@ pub enum StrategyError {
 }
 
 /// A total function from (mode, event) to (mode, reason), held as a table.
+///
+/// A behaviour of your own is a mode with rows of its own; a pair that is forgotten is refused:
+///
+/// ```
+/// use cairn::navigate::{Row, Strategy, StrategyError};
+///
+/// #[derive(Clone, Copy, Debug, PartialEq)]
+/// enum Mode { Drive, Dock }
+/// #[derive(Clone, Copy, Debug, PartialEq)]
+/// enum Event { Nothing, BatteryLow, Charged }
+/// use {Event::*, Mode::*};
+///
+/// let row = |mode, event, next, reason| Row { mode, event, next, reason };
+/// let mut rows = vec![
+///     row(Drive, Nothing, Drive, "on the way"),
+///     row(Drive, BatteryLow, Dock, "the battery is low"),
+///     row(Drive, Charged, Drive, "on the way"),
+///     row(Dock, Nothing, Dock, "charging"),
+///     row(Dock, BatteryLow, Dock, "charging"),
+/// ];
+/// let forgotten = Strategy::new(rows.clone()).unwrap_err();
+/// assert!(matches!(forgotten, StrategyError::TransitionMissing { .. }));
+///
+/// rows.push(row(Dock, Charged, Drive, "charged"));
+/// let machine = Strategy::new(rows)?;
+/// assert_eq!(machine.next(Drive, BatteryLow), Some((Dock, "the battery is low")));
+/// # Ok::<(), StrategyError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Strategy<M = Mode, E = Event, R = Reason> {
     rows: Vec<Row<M, E, R>>,

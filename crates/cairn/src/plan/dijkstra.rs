@@ -20,10 +20,10 @@ impl<C: Cost> GraphField<C> {
 }
 
 /// The field of a graph: the least fixed point of J(s) = min over links (s, n) of c(s, n) + J(n), from
-/// the goals backwards [Bellman57].
+/// the goals backwards \[Bellman57\].
 ///
 /// Sums run from the goal, one rounded add per link. Costs may be zero. Pointers are those of
-/// Dijkstra's algorithm [Dijkstra59] that settles nodes in the order of (cost-to-go, node number) as
+/// Dijkstra's algorithm \[Dijkstra59\] that settles nodes in the order of (cost-to-go, node number) as
 /// they come up and changes a pointer only on strict improvement: among equally good next nodes the one
 /// settled first stays, and pointers never cycle. At most `threads` threads are used (None: one), and
 /// one alone on graphs too small to gain; neither costs nor pointers depend on it.

@@ -1,6 +1,6 @@
 //! Plain planners to measure the production solver against: Dial's buckets and a binary heap.
 //!
-//! Both are Dijkstra's algorithm [Dijkstra59], written as well as they can be while staying plain:
+//! Both are Dijkstra's algorithm \[Dijkstra59\], written as well as they can be while staying plain:
 //! flat arrays that are used again, one ring of blocked cells so that no edge is tested, one bit per
 //! allowed move. They give the same bits as the production solver in the same arithmetic, field and
 //! policy, and so also serve as its oracle on large grids.

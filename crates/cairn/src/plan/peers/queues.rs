@@ -4,7 +4,7 @@ use std::collections::BinaryHeap;
 use super::ground::Ground;
 use super::links::{LinkCosts, Number};
 
-/// The order in which Dijkstra's algorithm [Dijkstra59] takes the cells.
+/// The order in which Dijkstra's algorithm \[Dijkstra59\] takes the cells.
 pub trait Queue<C: Number> {
     /// Lowers `values` (padded; zero at `starts`, `UNREACHABLE` elsewhere) to the field.
     ///
@@ -18,10 +18,10 @@ pub trait Queue<C: Number> {
     ) -> bool;
 }
 
-/// Dial's buckets in a circle [Dial69].
+/// Dial's buckets in a circle \[Dial69\].
 ///
 /// A bucket may be as wide as the cheapest link and its cells still leave with their final values
-/// [Denardo79]: no link leads from a bucket into the same one. (In floats rounding may lead into the
+/// \[Denardo79\]: no link leads from a bucket into the same one. (In floats rounding may lead into the
 /// same bucket; it is then gone through again.)
 #[derive(Default)]
 pub struct Buckets {
@@ -31,7 +31,7 @@ pub struct Buckets {
 }
 
 impl Buckets {
-    /// One bucket for every whole cost, as [Dial69] has it. Whole numbers only.
+    /// One bucket for every whole cost, as \[Dial69\] has it. Whole numbers only.
     pub fn unit_wide() -> Self {
         Self { unit_wide: true, ..Self::default() }
     }

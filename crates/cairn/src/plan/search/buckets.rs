@@ -4,7 +4,7 @@ const WORDS: usize = RADIX / 64;
 
 /// A queue for keys that never fall below the last one taken: buckets of one key each near it, of 1024
 /// keys further off, and so on up; an entry moves down at most once per level. A radix heap of base
-/// 1024 [Ahuja90], [Denardo79].
+/// 1024 [Ahuja90], \[Denardo79\].
 pub struct Buckets<E> {
     levels: Vec<Level<E>>,
     current: u64,

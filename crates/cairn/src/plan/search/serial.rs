@@ -22,7 +22,7 @@ pub const NONE: u32 = u32::MAX;
 /// Buckets as long as a quarter of the mean link: measured flat from a half to an eighth.
 pub const BUCKETS_PER_MEAN: f64 = 4.0;
 
-/// Label-correcting search in the order of buckets [Dial69] [Meyer03]: within a bucket nodes may be
+/// Label-correcting search in the order of buckets \[Dial69\] [Meyer03]: within a bucket nodes may be
 /// lowered again after they were looked at, and are then looked at again. None if a sum did not fit `W`.
 ///
 /// The pointer of a node goes to the least (cost-to-go, node number) of those it is tight to: every one

@@ -14,7 +14,7 @@ const C3: f32 = 0.055_507_336;
 const C4: f32 = 0.009_671_513;
 const C5: f32 = 0.001_326_473;
 
-/// 2^x for 0 <= x <= [`MOST`], within 2.5e-7 of it (relative); exact at integers. Larger x count as `MOST`.
+/// 2^x for 0 <= x <= `MOST`, within 2.5e-7 of it (relative); exact at integers. Larger x count as `MOST`.
 ///
 /// x = n + f with n the nearest integer; 2^f is a polynomial by Horner's rule, every operation rounded,
 /// none fused; 2^n is put together from its bits.

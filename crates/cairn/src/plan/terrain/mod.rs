@@ -28,7 +28,7 @@ pub use weights::{DirectionWeights, plan_weights_f32, plan_weights_u32};
 /// without one) makes moves dearer; NaN is no data there too. Cells without data are blocked; which moves the
 /// others allow is a matter of the model's limits on climb, descent, roll and roughness, and of the corner rule.
 ///
-/// The least fixed point of J(goal) = 0, J(n) = min over moves n -> m of c(n, m) + J(m) [Bellman57], each c one
+/// The least fixed point of J(goal) = 0, J(n) = min over moves n -> m of c(n, m) + J(m) \[Bellman57\], each c one
 /// f32 as [`LinkCost`] gives it, one rounded add per move, summed from the goal.
 ///
 /// # Errors

@@ -14,7 +14,7 @@ const P3AT_GRADE_RAD: f64 = 0.336_674_819_386_727_2;
 /// Over a horizontal run x, a rise z (falls are negative) and roughness ρ, with m = `mass_kg` + `payload_kg`:
 ///
 /// * work of the motors against gravity and the ground  W = m g (z + (μ + κ ρ) x)   \[J\], the friction and
-///   gravity model of [Rowe90] and [Sun05]: weight across the slope times μ is m g μ x whatever the slope;
+///   gravity model of \[Rowe90\] and \[Sun05\]: weight across the slope times μ is m g μ x whatever the slope;
 /// * time  T = max(l (1 + σ ρ) / v, W / P)   \[s\], l = √(x² + z²) the way along the slope: the speed is the
 ///   greatest one v, less on rough ground, and no more than the drive's power P allows;
 /// * energy from the battery  E = H T + max(W, 0) / η   \[J\]: what electronics take while it lasts, and the
@@ -31,7 +31,7 @@ pub struct P3at {
     /// g \[m/s²\].
     pub gravity_mps2: f64,
     /// μ: rolling resistance over weight. 0.08 on medium hard soil; 0.01 on asphalt, 0.04 on loose gravel,
-    /// 0.1 to 0.2 on sand [Carvill93].
+    /// 0.1 to 0.2 on sand \[Carvill93\].
     pub rolling_resistance: f64,
     /// κ: what roughness adds to μ. 1: every bump's height is climbed and braked away behind it (ours).
     pub roughness_resistance: f64,
@@ -44,7 +44,7 @@ pub struct P3at {
     pub drive_power_w: f64,
     /// η: work at the wheels over energy from the battery. Not published; 0.5 (ours).
     pub drive_efficiency: f64,
-    /// H: power of computer, sensors and electronics \[W\]. Not published; 30 (ours). [Mei05] found that on a
+    /// H: power of computer, sensors and electronics \[W\]. Not published; 30 (ours). \[Mei05\] found that on a
     /// Pioneer 3-DX motion takes less than half of all power.
     pub hotel_power_w: f64,
     /// Steepest way up \[rad\]: 35 %, Webots' guide. π/2 is no limit.
@@ -78,7 +78,7 @@ impl Default for P3at {
     }
 }
 
-/// A person on foot: Tobler's hiking function [Tobler93].
+/// A person on foot: Tobler's hiking function \[Tobler93\].
 ///
 /// Walking speed is 6 exp(-3.5 |s + 0.05|) km/h on footpaths, s the rise over the horizontal run; off the path
 /// it is 3/5 of that. 5.04 km/h on the level, at most 6 km/h, where the way falls by 5 %. A move takes its
