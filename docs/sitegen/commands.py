@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -50,7 +51,7 @@ def page() -> str:
         lines += [
             f"## `cairn {' '.join(names)}`",
             "",
-            (command.help or "").strip(),
+            _escaped(command.help or ""),
             "",
             "```text",
             " ".join(f"cairn {' '.join(names)} {shown} [OPTIONS]".split()),
@@ -76,5 +77,9 @@ def _default(option: Any) -> str:
     return f"`{option.opts[0]}`" if value is True else f"`{value}`"
 
 
+def _escaped(text: str) -> str:
+    return re.sub(r"<(\w+)>", r"\\<\1>", text.strip())
+
+
 def _cell(text: str) -> str:
-    return " ".join(text.split()).replace("|", "\\|")
+    return _escaped(" ".join(text.split()).replace("|", "\\|"))

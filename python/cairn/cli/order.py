@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import inspect
+
 import typer
 
 HEADINGS = {
@@ -22,10 +24,18 @@ def put_in_order(app: typer.Typer) -> None:
         )
     }
     last = len(places)
+    for command in app.registered_commands:
+        command.help = command.help or _paragraphs(command.callback)
     for command in [*app.registered_commands, *app.registered_groups]:
         heading = places.get(_name(command), (last, "Others"))[1]
         command.rich_help_panel = heading
     app.registered_commands.sort(key=lambda each: places.get(_name(each), (last, ""))[0])
+
+
+def _paragraphs(callback: object) -> str:
+    """The docstring with each paragraph in one line, to be wrapped to the terminal."""
+    text = inspect.getdoc(callback) or ""
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 
 def _name(command: object) -> str:

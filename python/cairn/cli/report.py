@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -31,6 +32,7 @@ def report(
     animate: Annotated[
         Path | None, typer.Option(help="Write the run as a .gif, .webp or .png instead of a page.")
     ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON, nothing else.")] = False,
 ) -> None:
     """Tell a recorded run or a benchmark as one page that needs nothing else."""
     from cairn.missions import retelling
@@ -42,14 +44,14 @@ def report(
         with busy("reading"):
             story = retelling.of_record(source)
         if animate is None:
-            _say(write_run(story, page))
+            _say(source, write_run(story, page), as_json)
         else:
-            _say(animated(story, animate))
+            _say(source, animated(story, animate), as_json)
         return
     if animate is not None:
         raise typer.BadParameter("only a recorded run can be animated", param_hint="--animate")
     path = source / "summary.json" if source.is_dir() else source
-    _say(write_bench(_record(path), page, source=str(path)))
+    _say(source, write_bench(_record(path), page, source=str(path)), as_json)
 
 
 def animated(story: Story, path: Path) -> Path:
@@ -80,5 +82,9 @@ def _record(path: Path) -> dict[str, Any]:
     )
 
 
-def _say(path: Path) -> None:
+def _say(source: Path, path: Path, as_json: bool) -> None:
+    if as_json:
+        record = {"summary": {"source": str(source), "written": str(path)}}
+        sys.stdout.write(json.dumps(record, indent=2, ensure_ascii=False) + "\n")
+        return
     console.print("[dim]" + escape(str(path)) + "[/]", soft_wrap=True, highlight=False)
