@@ -31,7 +31,7 @@ test-browser: setup
 	@cp tests/unpack_chromium.mjs .browser/unpack.mjs
 	cd .browser && TMPDIR=$(CURDIR)/.browser AWS_LAMBDA_JS_RUNTIME=nodejs22.x node unpack.mjs
 	CAIRN_CHROMIUM=$(CURDIR)/.browser/chromium LD_LIBRARY_PATH=$(CURDIR)/.browser/al2023/lib \
-		$(PY) -m pytest -m "slow or not slow" tests/test_console_browser.py
+		$(PY) -m pytest -m "slow or not slow" tests/test_console_browser.py tests/test_report_browser.py
 
 # Minutes: every shipped scenario with ten seeds, and the table of how each went.
 test-slow: setup

@@ -14,6 +14,7 @@ from cairn.cli import app
 from cairn.missions import Scenario, retelling, run
 from cairn.view import animation
 from cairn.view.report import bench, heat, svg, write_bench, write_run
+from cairn.view.report import run as run_page
 from cairn.view.report.gallery import write_gallery
 from cairn.view.story import tell
 
@@ -152,6 +153,13 @@ def test_a_run_that_was_cut_off_is_told_from_its_ticks(told, tmp_path):
         assert transition["event"] == want["event"]
     text = words_of(is_self_contained(write_run(story, tmp_path / "torn.html")))
     assert "cut off" in text
+
+
+def test_numbers_of_a_cause_are_told_with_their_units():
+    told = {"time_s": 1.0, "cause": "c", "remedy": "r", "ahead_m": 1.234, "detour": None}
+    assert run_page._detail(told | {"at": {"x": 1.0, "y": -2.0}}) == (
+        "ahead 1.23 m, detour none, at (1.00, -2.00) m"
+    )
 
 
 def test_a_story_needs_a_tick():

@@ -307,9 +307,17 @@ def _detail(recovery: dict[str, Any]) -> str:
             continue
         name, _, unit = key.rpartition("_")
         known = {"m": " m", "s": " s", "rad": " rad", "mps": " m/s", "radps": " rad/s"}.get(unit)
-        said = f"{value:.2f}" if isinstance(value, float) else str(value)
+        said = _value(value)
         parts.append(f"{words(name)} {said}{known}" if known and name else f"{words(key)} {said}")
     return ", ".join(parts)
+
+
+def _value(value: Any) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, dict) and {"x", "y"} <= set(value):
+        return f"({value['x']:.2f}, {value['y']:.2f}) m"
+    return f"{value:.2f}" if isinstance(value, float) else str(value)
 
 
 def words(code: str) -> str:
