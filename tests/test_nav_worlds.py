@@ -163,6 +163,15 @@ def test_a_gazebo_file_that_is_no_world_is_refused(tmp_path, text):
         worlds.load(written(tmp_path, text, "world_0.world"))
 
 
+def test_a_gazebo_file_whose_obstacles_move_by_plugins_is_refused_for_that(tmp_path):
+    # As DynaBARN has them, its XML not well-formed at that.
+    moving = "<plugin name='easylibobs_66' filename='easylibobs_66.so'/>"
+    wall = "<model name='w'><pose frame=>-10 0 .5 0 0 0</pose></model>"
+    with pytest.raises(errors.NavWorldInvalid, match="read as JSON") as caught:
+        worlds.load(written(tmp_path, SDF.format(models=moving + wall), "world_0.world"))
+    assert caught.value.key == "plugin"
+
+
 def test_a_world_scaled_measures_the_same_angles_and_longer_ranges(tmp_path):
     world = worlds.load(written(tmp_path, DYNAMIC))
     large = world.scaled(1.3)

@@ -357,3 +357,11 @@ def test_ranges_not_measured_say_nothing():
     decision = nav.step(np.full(P3AT.range_count, np.nan), (0, 0), None, 0.1)
     assert decision.mode == "stop"
     assert nav.map().occupancy.size == 0 or (nav.map().occupancy == 1).sum() == 0
+
+
+def test_an_echo_from_afar_marks_nothing_where_no_map_is_given():
+    for range_m, marks in ((2.5, False), (1.5, True)):
+        nav = cairn.Navigator(P3AT, None, start=START)
+        for _ in range(20):
+            nav.step(np.full(P3AT.range_count, range_m), (0.0, 0.0), 0.0, 0.1)
+        assert (nav.map().occupancy == 1).any() == marks

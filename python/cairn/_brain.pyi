@@ -568,6 +568,42 @@ class CurvatureVelocity:
     ) -> dict[str, Any]:
         """Return one choice as plain dicts and lists; obstacles are (n, 2)."""
 
+    def choose_guided(
+        self,
+        twist: tuple[float, float],
+        pending: tuple[float, float],
+        guide: Any,
+        obstacles: NDArray[np.float64],
+        moving: NDArray[np.float64],
+        goal_distance_m: float,
+        dt_s: float,
+    ) -> dict[str, Any]:
+        """Return one choice guided by a field; obstacles are (n, 2), moving things (k, 5)."""
+
+class FieldGuide:
+    """The cost-to-go field over points around a robot, seen from it."""
+
+    def __new__(
+        cls,
+        profile: Profile,
+        config: dict[str, Any],
+        points: NDArray[np.float64],
+        robot: tuple[float, float, float],
+        goal: tuple[float, float],
+        resolution_m: float,
+    ) -> Self:
+        """Solve the field: points (n, 2), pose and goal in one frame."""
+
+    @property
+    def has_way(self) -> bool:
+        """Whether a way is known that keeps off every point."""
+
+    def to_go(self, point_in_robot: tuple[float, float]) -> tuple[float, float]:
+        """Time to go [s] and direction to leave in [rad], of a point in the robot frame."""
+
+    def price(self, point_in_robot: tuple[float, float]) -> float:
+        """Time that a metre takes there [s/m]."""
+
 # ---- worlds of circles and boxes -----------------------------------------------------------------
 
 class Shapes:

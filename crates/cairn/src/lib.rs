@@ -20,6 +20,10 @@
 //! # Ok::<(), cairn::plan::PlanError>(())
 //! ```
 
+// Tests within share files with those beside the crate.
+#[cfg(test)]
+extern crate self as cairn;
+
 pub mod avoid;
 pub mod fuzzy;
 pub mod geometry;

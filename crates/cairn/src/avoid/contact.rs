@@ -52,10 +52,27 @@ impl GrownBox {
         if curvature_per_m.abs() < STRAIGHT_PER_M {
             return self.first_contact_straight_m(point_in_robot);
         }
-        let radius_m = 1.0 / curvature_per_m;
-        let angle_rad =
-            self.first_contact_about(point_in_robot, Point2::new(0.0, radius_m), curvature_per_m > 0.0);
-        angle_rad * radius_m.abs()
+        self.sweep_on_arc(point_in_robot, curvature_per_m).angle_rad() / curvature_per_m.abs()
+    }
+
+    /// As [`Self::first_contact_m`] on an arc that is not straight; infinite as well where the turn
+    /// up to there has an order ([`turn_order`]) beyond `most`, which saves working its length out.
+    pub(super) fn first_contact_up_to_m(
+        &self,
+        point_in_robot: Point2,
+        curvature_per_m: f64,
+        most: f64,
+    ) -> f64 {
+        if self.contains(point_in_robot) {
+            return 0.0;
+        }
+        let sweep = self.sweep_on_arc(point_in_robot, curvature_per_m);
+        if sweep.order > most { f64::INFINITY } else { sweep.angle_rad() / curvature_per_m.abs() }
+    }
+
+    fn sweep_on_arc(&self, point_in_robot: Point2, curvature_per_m: f64) -> Sweep {
+        let center = Point2::new(0.0, 1.0 / curvature_per_m);
+        self.first_contact_about(point_in_robot, center, curvature_per_m > 0.0)
     }
 
     /// Angle turned in place, to the left or right, until the grown box first holds
@@ -64,7 +81,7 @@ impl GrownBox {
         if self.contains(point_in_robot) {
             return 0.0;
         }
-        self.first_contact_about(point_in_robot, Point2::default(), left)
+        self.first_contact_about(point_in_robot, Point2::default(), left).angle_rad()
     }
 
     fn first_contact_straight_m(&self, p: Point2) -> f64 {
@@ -80,7 +97,7 @@ impl GrownBox {
     /// The robot turns about `center`; in its own frame the point runs the other way on the circle
     /// through `p`. It enters the grown box on one of four sides or four corner discs; every
     /// crossing with any of them lies in the grown box, so the first of all crossings is the entry.
-    fn first_contact_about(&self, p: Point2, center: Point2, left: bool) -> f64 {
+    fn first_contact_about(&self, p: Point2, center: Point2, left: bool) -> Sweep {
         let arm = p - center;
         let squared = arm.dot(arm);
         let mut first = Sweep { p, arm, squared, left, order: f64::INFINITY, best: p };
@@ -136,7 +153,19 @@ impl GrownBox {
                 first.offer(foot - normal);
             }
         }
-        first.angle_rad()
+        first
+    }
+}
+
+/// Grows with an angle over \[0, 2π), told by anything proportional to its sine and cosine.
+pub(super) fn turn_order(sin: f64, cos: f64) -> f64 {
+    let ramp = sin / (sin.abs() + cos.abs());
+    if cos < 0.0 {
+        2.0 - ramp
+    } else if sin >= 0.0 {
+        ramp
+    } else {
+        4.0 + ramp
     }
 }
 
@@ -160,15 +189,7 @@ impl Sweep {
 
     fn offer(&mut self, q: Point2) {
         let (sin, cos) = self.turn(q);
-        // Grows with the angle over [0, 2π) without an inverse tangent.
-        let ramp = sin / (sin.abs() + cos.abs());
-        let order = if cos < 0.0 {
-            2.0 - ramp
-        } else if sin >= 0.0 {
-            ramp
-        } else {
-            4.0 + ramp
-        };
+        let order = turn_order(sin, cos);
         if order < self.order {
             self.order = order;
             self.best = q;

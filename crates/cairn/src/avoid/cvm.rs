@@ -390,17 +390,8 @@ impl Cvm {
             return;
         }
         if current.linear_mps.abs() > AT_REST_MPS || window.linear_lo_mps > 0.0 {
-            // Along the present arc if that is clear; else the clear way of stopping nearest to it.
-            let (linear, angular) = (record.twist.linear_mps, record.twist.angular_radps);
-            let spread = window.angular_hi_radps - window.angular_lo_radps;
-            let clear = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0]
-                .map(|share| angular + share * spread)
-                .map(|w| Twist2::new(linear, w.clamp(window.angular_lo_radps, window.angular_hi_radps)))
-                .into_iter()
-                .find(|&twist| self.can_stop(twist, seen));
-            record.twist = clear.unwrap_or(record.twist);
-            record.why =
-                brake_for(if clear.is_some() { BrakeReason::StopsToTurn } else { BrakeReason::TooFast });
+            let clear = self.brake_clear(record, seen);
+            record.why = brake_for(if clear { BrakeReason::StopsToTurn } else { BrakeReason::TooFast });
             return;
         }
         let finds_way = turn.is_some_and(|turn| turn.open);
@@ -438,6 +429,21 @@ impl Cvm {
         let to_heading_rad = side * turn.angle_rad;
         record.twist = twist;
         record.why = Why::TurningInPlace { direction: turn.side, to_heading_rad };
+    }
+
+    /// Brakes along the present arc if that is clear, else in the clear way nearest to it; false if
+    /// there is none.
+    pub(super) fn brake_clear(&self, record: &mut AvoidanceRecord, seen: &Seen) -> bool {
+        let Seen { window, .. } = *seen;
+        let (linear, angular) = (record.twist.linear_mps, record.twist.angular_radps);
+        let spread = window.angular_hi_radps - window.angular_lo_radps;
+        let clear = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0]
+            .map(|share| angular + share * spread)
+            .map(|w| Twist2::new(linear, w.clamp(window.angular_lo_radps, window.angular_hi_radps)))
+            .into_iter()
+            .find(|&twist| self.can_stop(twist, seen));
+        record.twist = clear.unwrap_or(record.twist);
+        clear.is_some()
     }
 
     pub(super) fn leave_obstacle(&self, record: &mut AvoidanceRecord, seen: &Seen) {

@@ -212,8 +212,10 @@ impl Cvm {
         if self.back_out(&mut record, &seen) {
             return record;
         }
-        record.why = Why::Braking { reason: BrakeReason::NothingFree };
-        self.brake_clear(&mut record, &seen);
+        let clear = self.brake_clear(&mut record, &seen);
+        let rolls = record.twist.linear_mps.abs() > AT_REST_MPS;
+        let reason = if !clear && rolls { BrakeReason::TooFast } else { BrakeReason::NothingFree };
+        record.why = Why::Braking { reason };
         record
     }
 
@@ -356,23 +358,6 @@ impl Cvm {
         let direction = if side > 0.0 { Side::Left } else { Side::Right };
         record.why = Why::TurningInPlace { direction, to_heading_rad: angle_rad };
         true
-    }
-
-    /// Brakes along the present arc if that is clear, else in the clear way nearest to it.
-    fn brake_clear(&self, record: &mut AvoidanceRecord, seen: &Seen) {
-        let Seen { window, .. } = *seen;
-        let (linear, angular) = (record.twist.linear_mps, record.twist.angular_radps);
-        let spread = window.angular_hi_radps - window.angular_lo_radps;
-        let clear = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75, 1.0, -1.0]
-            .map(|share| angular + share * spread)
-            .map(|w| Twist2::new(linear, w.clamp(window.angular_lo_radps, window.angular_hi_radps)))
-            .into_iter()
-            .find(|&twist| self.can_stop(twist, seen));
-        if let Some(twist) = clear {
-            record.twist = twist;
-        } else if linear.abs() > AT_REST_MPS {
-            record.why = Why::Braking { reason: BrakeReason::TooFast };
-        }
     }
 }
 

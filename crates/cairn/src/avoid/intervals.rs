@@ -1,5 +1,7 @@
+use std::f64::consts::TAU;
+
 use super::config::{CvmConfig, Shape};
-use super::contact::GrownBox;
+use super::contact::{GrownBox, turn_order};
 use super::disc::{DiscObstacle, tangent_curvatures};
 use super::record::ArcInterval;
 use crate::geometry::Point2;
@@ -151,17 +153,23 @@ impl Fan {
 /// Every so many points are asked first.
 const FIRST: usize = 16;
 
-/// How far a piece is free as known so far, and where the robot's front and rear are then.
+/// How far a piece is free as known so far, and where the robot's outline is then.
 struct Frontier {
     free_m: f64,
     sin: f64,
     cos: f64,
     origin: Point2,
     /// From the centre to the front line of the widest outline, and to the rear \[m\]; infinite where
-    /// these lines say nothing: after a quarter turn, or where the robot turns about a point inside it.
+    /// no line says anything: after a quarter turn, or where the robot turns about a point inside it.
     front_m: f64,
-    /// The centre of turning: beyond it the lines run the other way \[m\].
-    center_y: f64,
+    /// From the centre to the line along the inner side \[m\].
+    beside_m: f64,
+    /// 1 where the robot turns left, −1 right.
+    side: f64,
+    /// How far the centre of turning lies to that side: beyond it the lines run the other way \[m\].
+    center_m: f64,
+    /// Squared least and greatest distance of the widest outline from the centre of turning.
+    ring: (f64, f64),
 }
 
 impl Frontier {
@@ -170,24 +178,43 @@ impl Frontier {
         let (sin, cos) = pose.heading.sin_cos();
         // The widest outline of the way so far is that of its last leg.
         let widest = piece.legs.iter().rev().find(|leg| leg.from_m < free_m).unwrap_or(&piece.legs[0]);
-        let center_y = 1.0 / piece.curvature;
+        let center_m = 1.0 / piece.curvature.abs();
         let beside_m = widest.outline.half_width_m + widest.outline.growth_m;
-        let useful = free_m * piece.curvature.abs() < 1.5 && center_y.abs() > beside_m;
-        let front_m =
-            if useful { widest.outline.half_length_m + widest.outline.growth_m } else { f64::INFINITY };
-        Self { free_m, sin, cos, origin: pose.position(), front_m, center_y }
+        let useful = free_m < 1.5 * center_m && center_m > beside_m;
+        let lines = [widest.outline.half_length_m + widest.outline.growth_m, beside_m];
+        let [front_m, beside_m] = if useful { lines } else { [f64::INFINITY; 2] };
+        let side = piece.curvature.signum();
+        Self {
+            free_m,
+            sin,
+            cos,
+            origin: pose.position(),
+            front_m,
+            beside_m,
+            side,
+            center_m,
+            ring: widest.ring,
+        }
     }
 
-    /// The point is ahead of the front line at the end of the free way, or behind the rear line at its
-    /// beginning: driving that far does not meet it.
+    /// Driving that far does not meet the point: it is ahead of the front line at the end of the free
+    /// way, or behind the rear line at its beginning; or it lies beyond the inner side, not ahead of
+    /// the centre at the beginning or not behind it at the end: a circle about the centre of turning
+    /// is never nearer to the side than where it passes the robot's centre. Or it is outside the ring
+    /// about the centre of turning that the outline sweeps.
     fn is_beyond(&self, point: Point2) -> bool {
-        let outside = |y: f64| (self.center_y - y) * self.center_y > 0.0;
-        if point.x < -self.front_m && outside(point.y) {
+        let inward = self.side * point.y;
+        let squared = point.x * point.x + (inward - self.center_m) * (inward - self.center_m);
+        if squared < self.ring.0 || squared > self.ring.1 {
+            return true;
+        }
+        if inward < self.center_m && (point.x < -self.front_m || (point.x <= 0.0 && inward > self.beside_m)) {
             return true;
         }
         let offset = point - self.origin;
         let x = self.cos * offset.x + self.sin * offset.y;
-        x > self.front_m && outside(-self.sin * offset.x + self.cos * offset.y)
+        let inward = self.side * (-self.sin * offset.x + self.cos * offset.y);
+        inward < self.center_m && (x > self.front_m || (x >= 0.0 && inward > self.beside_m))
     }
 }
 
@@ -226,6 +253,8 @@ struct Leg {
     /// Where the robot's centre is half-way, and the square of how far from there a point can be met.
     middle: Point2,
     reach_squared: f64,
+    /// Order of the turn over the whole leg, and a little.
+    most: f64,
 }
 
 impl Piece {
@@ -249,6 +278,9 @@ impl Piece {
                 let ring = if center.y.is_finite() { (near * near, far * far) } else { (0.0, f64::INFINITY) };
                 let middle = crate::geometry::Twist2::new(1.0, curvature).displacement((from_m + to_m) / 2.0);
                 let reach_m = (to_m - from_m) / 2.0 + outline.radius_m();
+                let turn_rad = (to_m - from_m) * curvature.abs() + 1e-9;
+                let most =
+                    if turn_rad < TAU { turn_order(turn_rad.sin(), turn_rad.cos()) } else { f64::INFINITY };
                 Leg {
                     from_m,
                     to_m,
@@ -259,6 +291,7 @@ impl Piece {
                     ring,
                     middle: middle.position(),
                     reach_squared: reach_m * reach_m,
+                    most,
                 }
             })
             .collect::<Vec<Leg>>();
@@ -287,7 +320,7 @@ impl Piece {
                 leg.cos * offset.x + leg.sin * offset.y,
                 -leg.sin * offset.x + leg.cos * offset.y,
             );
-            let contact_m = leg.from_m + leg.outline.first_contact_m(seen, self.curvature);
+            let contact_m = leg.from_m + leg.outline.first_contact_up_to_m(seen, self.curvature, leg.most);
             if contact_m <= leg.to_m {
                 return contact_m;
             }

@@ -57,6 +57,9 @@ pub struct NavigatorConfig {
     pub costmap: CostmapConfig,
     /// From ranges to occupancy.
     pub mapping: MappingConfig,
+    /// Where no map is given, echoes from farther away than this mark nothing either \[m\]: what is heard
+    /// from afar closes every gap, and there is no map that knows better.
+    pub unmapped_hit_range_m: f64,
     /// From wheels and gyroscope to a pose.
     pub odometry: OdometryConfig,
     /// From ranges and the given map to corrections of that pose.
@@ -144,6 +147,7 @@ impl Default for NavigatorConfig {
             waypoints: WaypointConfig::default(),
             costmap: CostmapConfig::default(),
             mapping: MappingConfig::default(),
+            unmapped_hit_range_m: 2.0,
             odometry: OdometryConfig::default(),
             matching: MatchingConfig::default(),
             localiser: LocaliserConfig::default(),
@@ -168,6 +172,12 @@ impl NavigatorConfig {
         }
     }
 
+    /// How the map is learnt where none is given.
+    pub(super) fn unmapped(&self) -> MappingConfig {
+        let sonar_hit_range_m = self.mapping.sonar_hit_range_m.min(self.unmapped_hit_range_m);
+        MappingConfig { sonar_hit_range_m, ..self.mapping }
+    }
+
     /// The first length that is not a finite number greater than zero.
     pub(super) fn bad_length(&self) -> Option<(&'static str, f64)> {
         [
@@ -177,6 +187,7 @@ impl NavigatorConfig {
             ("escape_m", self.escape_m),
             ("settle_radps", self.settle_radps),
             ("doubt_m", self.doubt_m),
+            ("unmapped_hit_range_m", self.unmapped_hit_range_m),
             ("least_avoidance_s", self.least_avoidance_s),
             ("unsafe_s", self.unsafe_s),
             ("settle_drift_m", self.settle_drift_m),

@@ -215,14 +215,15 @@ impl LidarSense {
         let pose = self.pose;
         let gain = self.turn_gain();
         let real = |told: Twist2| Twist2::new(told.linear_mps, told.angular_radps * gain);
-        let solved = self.field.solve(&self.map, &self.footprint, pose.position(), goal);
+        let points: Vec<Point2> = self.map.points().collect();
+        let resolution_m = self.map.config().resolution_m;
+        let solved = self.field.solve(&points, resolution_m, &self.footprint, pose.position(), goal);
         self.record.desperate = !solved || self.field.is_desperate();
         let (sin, cos) = pose.heading.sin_cos();
         let turned = |p: Point2| Point2::new(cos * p.x + sin * p.y, -sin * p.x + cos * p.y);
         let reach_m = self.cvm.config().horizon_m + self.footprint.circumscribed_radius_m() + 0.5;
-        let points: Vec<Point2> = self
-            .map
-            .points()
+        let points: Vec<Point2> = points
+            .into_iter()
             .map(|p| p - pose.position())
             .filter(|away| away.dot(*away) < reach_m * reach_m)
             .map(turned)

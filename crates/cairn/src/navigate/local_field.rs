@@ -6,7 +6,7 @@ use crate::avoid::Guide;
 use crate::geometry::{Point2, Pose2};
 use crate::plan::{Field, GridPlanner, PlanOptions, Values};
 use crate::robot::Footprint;
-use crate::world::{Cell, GridGeometry, LocalMap};
+use crate::world::{Cell, GridGeometry};
 
 /// What a metre costs near the points of a local map, and how far the field reaches.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,10 +84,16 @@ impl LocalField {
         Self { config: *config, ..Self::default() }
     }
 
-    /// Solves the field for `goal` on the points of `map`, seen from `robot`; all in one frame \[m\].
-    /// False if there is no way even through what must not be.
-    pub fn solve(&mut self, map: &LocalMap, footprint: &Footprint, robot: Point2, goal: Point2) -> bool {
-        let resolution_m = map.config().resolution_m;
+    /// Solves the field for `goal` on `points`, seen from `robot`; all in one frame \[m\], in cells of
+    /// `resolution_m`. False if there is no way even through what must not be.
+    pub fn solve(
+        &mut self,
+        points: &[Point2],
+        resolution_m: f64,
+        footprint: &Footprint,
+        robot: Point2,
+        goal: Point2,
+    ) -> bool {
         let kernel = self.kernel(footprint, resolution_m);
         let away = goal - robot;
         let distance_m = away.norm();
@@ -99,7 +105,7 @@ impl LocalField {
         let options = PlanOptions { threads: Some(1), ..PlanOptions::default() };
         for (widening, desperate) in [(1.0, false), (2.0, false), (1.0, true)] {
             let geometry = around(robot, goal, self.config.margin_m * widening, resolution_m);
-            self.price(map, &geometry, &kernel, desperate);
+            self.price(points, &geometry, &kernel, desperate);
             let Some(target) = nearest_open(&geometry, &self.costs, goal) else { continue };
             if let Some(field) = self.field.take() {
                 self.planner.recycle(field);
@@ -156,13 +162,13 @@ impl LocalField {
     }
 
     /// Prices every cell by its nearest point.
-    fn price(&mut self, map: &LocalMap, geometry: &GridGeometry, kernel: &Kernel, desperate: bool) {
+    fn price(&mut self, points: &[Point2], geometry: &GridGeometry, kernel: &Kernel, desperate: bool) {
         let (half, side) = (kernel.half, 2 * kernel.half + 1);
         let (rows, cols) = (geometry.rows + 2 * half, geometry.cols + 2 * half);
         self.near.clear();
         self.near.resize(rows * cols, 0);
         let corner = geometry.world_from_grid.position();
-        for point in map.points() {
+        for &point in points {
             let in_grid = point - corner;
             let col = (in_grid.x / geometry.resolution_m).floor() + half as f64;
             let row = (in_grid.y / geometry.resolution_m).floor() + half as f64;

@@ -117,7 +117,7 @@ impl Navigator {
         }
         let map = match world {
             Some(prior) => OccupancyMap::from_occupancy(&config.mapping, prior)?,
-            None => OccupancyMap::new(&config.mapping, config.resolution_m)?,
+            None => OccupancyMap::new(&config.unmapped(), config.resolution_m)?,
         };
         let matcher = match world {
             Some(prior) if config.match_map && !config.localise => {

@@ -1,4 +1,5 @@
-use super::scene::{Dice, Disc, drive, post, wall};
+use super::scene::{Disc, drive, post, wall};
+use super::support::Dice;
 use cairn::avoid::Why;
 use cairn::geometry::Point2;
 

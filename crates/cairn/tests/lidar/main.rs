@@ -4,3 +4,5 @@ mod driving;
 mod moving;
 mod scene;
 mod seeing;
+#[path = "../support/mod.rs"]
+mod support;

@@ -1,5 +1,6 @@
-//! A world of discs, a robot with a lidar in it, and a braking check of its own.
+//! A world of discs and a robot with a lidar in it, its braking checked at every tick.
 
+use super::support::Chosen;
 use cairn::avoid::{AvoidanceRecord, Why};
 use cairn::geometry::{Point2, Pose2, Twist2};
 use cairn::navigate::{LidarConfig, LidarSense};
@@ -25,23 +26,6 @@ pub fn wall(a: (f64, f64), b: (f64, f64)) -> Vec<Disc> {
     let (a, b) = (Point2::new(a.0, a.1), Point2::new(b.0, b.1));
     let count = (a.distance(b) / 0.15).ceil().max(1.0) as usize;
     (0..=count).map(|i| a + (b - a) * (i as f64 / count as f64)).map(|p| post(p.x, p.y)).collect()
-}
-
-/// A small generator of its own, so that scenes are the same everywhere.
-pub struct Dice(pub u64);
-
-impl Dice {
-    pub fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub fn between(&mut self, lo: f64, hi: f64) -> f64 {
-        lo + (hi - lo) * self.unit()
-    }
 }
 
 /// A small skid-steer robot with a lidar of 270 degrees.
@@ -137,8 +121,11 @@ pub fn drive(discs: &[Disc], goal: Point2, turn_gain: f64, seconds: f64) -> Run 
             let real = |t: Twist2| Twist2::new(t.linear_mps, t.angular_radps * gain);
             let robot_from_frame = believed.inverse();
             let seen: Vec<Point2> = sense.map().points().map(|p| robot_from_frame * p).collect();
-            let [now, before, chosen] = [measured, command, record.twist].map(real);
-            assert!(stops_clear(&profile, now, before, chosen, &seen), "at {time_s:.2} s: {:?}", record.why);
+            let [now, pending, chosen] = [measured, command, record.twist].map(real);
+            let latency_s = profile.drive.latency_s;
+            let chosen = Chosen { now, pending, command: chosen, latency_s, tick_s: TICK_S };
+            let gap_m = chosen.least_gap_m(&profile.limits, &profile.footprint, &seen);
+            assert!(gap_m > 0.0, "at {time_s:.2} s: {:?}", record.why);
         }
         command = record.twist;
         queue.push((time_s + profile.drive.latency_s, command));
@@ -171,36 +158,4 @@ pub fn drive(discs: &[Disc], goal: Point2, turn_gain: f64, seconds: f64) -> Run 
     }
     run.turn_gain = sense.turn_gain();
     run
-}
-
-/// Marches the braking motion in steps of a millisecond: until the command takes effect towards the
-/// one before, for a tick towards it, then both speeds fall together.
-fn stops_clear(profile: &RobotProfile, now: Twist2, before: Twist2, chosen: Twist2, seen: &[Point2]) -> bool {
-    let near: Vec<Point2> = seen.iter().copied().filter(|p| p.norm() < 2.5).collect();
-    let (mut pose, mut twist) = (Pose2::IDENTITY, now);
-    let clear = |pose: Pose2| {
-        let robot_from_start = pose.inverse();
-        near.iter().all(|&p| profile.footprint.distance(robot_from_start * p) > 0.0)
-    };
-    for (wanted, for_s) in [(before, profile.drive.latency_s), (chosen, TICK_S)] {
-        for _ in 0..(for_s / 0.001).round() as usize {
-            twist = profile.limits.reachable(twist, wanted, 0.001);
-            pose = pose.moved(twist, 0.001);
-        }
-        if !clear(pose) {
-            return false;
-        }
-    }
-    let from = twist;
-    let stop_s = (from.linear_mps.abs() / profile.limits.linear_mps2)
-        .max(from.angular_radps.abs() / profile.limits.angular_radps2);
-    let steps = (stop_s / 0.001).ceil() as usize;
-    for step in 0..steps {
-        let share = 1.0 - (step as f64 + 0.5) / steps as f64;
-        pose = pose.moved(Twist2::new(from.linear_mps * share, from.angular_radps * share), 0.001);
-        if step % 5 == 0 && !clear(pose) {
-            return false;
-        }
-    }
-    clear(pose)
 }

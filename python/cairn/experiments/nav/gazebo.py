@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from cairn.experiments.nav.worlds import NavWorld, refuse
 
 _CELL_M, _X_SHIFT_M, _Y_SHIFT_M = 0.15, -4.575, 5.075
 """From a cell of a BARN path to metres, as the challenge's `run.py` has it."""
+_MOVES = re.compile(r"<plugin[^>]*\bfilename\s*=\s*['\"][^'\"]*libobs")
 
 
 def load_gazebo(path: Path) -> NavWorld:
@@ -23,11 +25,20 @@ def load_gazebo(path: Path) -> NavWorld:
     without that file, from the shortest way of a disc of 0.375 m, which is within a few per cent.
 
     Raises:
-        NavWorldInvalid: not XML, no cylinder or box in it, or no way through without a path file.
+        NavWorldInvalid: not XML, no cylinder or box in it, no way through without a path file, or
+            obstacles that move (DynaBARN), which the file does not describe.
     """
     try:
-        root = ET.parse(path).getroot()
-    except (OSError, ET.ParseError) as error:
+        text = path.read_text(encoding="utf-8")
+        if _MOVES.search(text):
+            refuse(
+                path,
+                "plugin",
+                "its obstacles move by plugins compiled apart, and no key frame is in the file: "
+                "such worlds are read as JSON",
+            )
+        root = ET.fromstring(text)
+    except (OSError, UnicodeDecodeError, ET.ParseError) as error:
         refuse(path, "", str(error))
     circles: list[tuple[float, ...]] = []
     boxes: list[tuple[float, ...]] = []

@@ -12,7 +12,7 @@ from collections import deque
 
 import numpy as np
 
-from cairn.experiments.nav.simulated import STEP_S, Floats, Motion, Surroundings
+from cairn.experiments.nav.simulated import STEP_S, Floats, Stepped, Surroundings
 from cairn.experiments.nav.stacks import Observation
 from cairn.experiments.nav.worlds import NavWorld
 from cairn.profile import Profile
@@ -33,7 +33,7 @@ SCAN_SIGMA_M = 0.001
 _EVERY = round(SCAN_EVERY_S / STEP_S)
 
 
-class Jackal:
+class Jackal(Stepped):
     """A Jackal in a world.
 
     Args:
@@ -48,17 +48,13 @@ class Jackal:
         self, profile: Profile, world: NavWorld, period_s: float, seed: int, phase_s: float = 0.0
     ) -> None:
         assert profile.lidar is not None
-        self.profile = profile
-        self.around = Surroundings(world, phase_s)
-        self.truth = Pose(*world.start)
+        super().__init__(profile, Surroundings(world, phase_s), Pose(*world.start))
         self.odometry = Pose(0.0, 0.0, 0.0)
         self._lidar = profile.lidar
-        self._outline = (profile.footprint.length_m, profile.footprint.width_m)
         self._period_s = period_s
         random = np.random.default_rng([seed, 1])
         self.yaw_gain = float(random.uniform(*YAW_GAIN))
         self._latencies, self._noise = (np.random.default_rng([seed, n]) for n in (2, 3))
-        self._steps = 0
         self._queue: deque[tuple[float, Twist]] = deque()
         self._wanted = self._wheels = Twist(0.0, 0.0)
         self._velocity = (0.0, 0.0)  # of the body, world frame
@@ -66,11 +62,6 @@ class Jackal:
         self._scanned = (0.0, self.truth, self.odometry)
         self._seen_s = 0.0
         self._travel = (0.0, 0.0)
-
-    @property
-    def time_s(self) -> float:
-        """The robot's clock."""
-        return self._steps * STEP_S
 
     def observe(self) -> Observation:
         """Read lidar and odometry."""
@@ -91,16 +82,6 @@ class Jackal:
         )
         due_s = self.time_s + self._period_s + float(self._latencies.uniform(*LATENCY_S))
         self._queue.append((due_s, wanted))
-
-    def advance(self, dt_s: float) -> Motion:
-        """Move, in steps of 5 ms."""
-        count = round(dt_s / STEP_S)
-        poses = np.empty((count, 3))
-        times = STEP_S * np.arange(self._steps + 1, self._steps + count + 1, dtype=np.float64)
-        for step in range(count):
-            self._step()
-            poses[step] = self.truth
-        return Motion(times, poses, self.around.touch(times, poses, self._outline))
 
     def _step(self) -> None:
         while self._queue and self._queue[0][0] <= self.time_s + 1e-9:

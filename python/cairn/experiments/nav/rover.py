@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from cairn import _brain, errors
-from cairn.experiments.nav.simulated import STEP_S, Floats, Motion, Surroundings
+from cairn.experiments.nav.simulated import STEP_S, Floats, Stepped, Surroundings
 from cairn.experiments.nav.stacks import Observation
 from cairn.experiments.nav.worlds import NavWorld
 from cairn.profile import Noise, Profile
@@ -24,7 +24,7 @@ RAYS = 61
 """Across one cone, so that a post of 0.1 m at 5 m is met by several."""
 
 
-class SonarRover:
+class SonarRover(Stepped):
     """A P3-AT in a world.
 
     Args:
@@ -43,11 +43,9 @@ class SonarRover:
                 f"profile `{profile.name}` has no [noise]", profile=profile.name, table="noise"
             )
         noise = Noise(**{**profile.noise.model_dump(), "sonar_rays": RAYS})
-        self.profile, self._noise = profile, noise
-        self.around = Surroundings(world, phase_s)
-        self.truth = Pose(*world.start)
+        super().__init__(profile, Surroundings(world, phase_s), Pose(*world.start))
+        self._noise = noise
         self.odometry = Pose(0.0, 0.0, 0.0)
-        self._outline = (profile.footprint.length_m, profile.footprint.width_m)
         self._firmware = Firmware(profile)
         self._encoders = WheelEncoders(noise, seed)
         self._gyroscope = Gyroscope(noise, seed)
@@ -56,14 +54,8 @@ class SonarRover:
         self._track_scale = 1 + noise.track_scale_sigma * float(self._random.standard_normal())
         self._slip = 0.0
         self._corners = _corners(world.boxes)
-        self._steps = 0
         self._seen_s = 0.0
         self._since = (0.0, 0.0, 0.0)  # left and right travel, turn, since `observe`
-
-    @property
-    def time_s(self) -> float:
-        """The robot's clock."""
-        return self._steps * STEP_S
 
     def observe(self) -> Observation:
         """Read sonars, encoders and gyroscope."""
@@ -86,16 +78,6 @@ class SonarRover:
     def command(self, linear_mps: float, angular_radps: float) -> None:
         """Ask for speeds; they come after the profile's latency, at its accelerations."""
         self._firmware.command(self.time_s, Twist(linear_mps, angular_radps))
-
-    def advance(self, dt_s: float) -> Motion:
-        """Move, in steps of 5 ms."""
-        count = round(dt_s / STEP_S)
-        poses = np.empty((count, 3))
-        times = STEP_S * np.arange(self._steps + 1, self._steps + count + 1, dtype=np.float64)
-        for step in range(count):
-            self._step()
-            poses[step] = self.truth
-        return Motion(times, poses, self.around.touch(times, poses, self._outline))
 
     def _step(self) -> None:
         # As the kinematic robot: the turn rate errs once and from moment to moment.

@@ -77,6 +77,8 @@ def figures(worlds: Sequence[Sequence[dict[str, Any]]], seed: int) -> dict[str, 
         "score_old_cap": mean_over_worlds(values("score_old_cap")),
         "time_s": float(np.mean(times)) if times else None,
         "success_95": interval(succeeded, seed),
+        "collision_95": interval(share("collision"), seed),
+        "timeout_95": interval(share("timeout"), seed),
         "score_95": interval(values("score"), seed),
         "score_old_cap_95": interval(values("score_old_cap"), seed),
     }

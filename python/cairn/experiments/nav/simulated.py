@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -80,6 +81,42 @@ class Surroundings:
         if touch.what != "moving" or self.motion is None:
             return float("inf")
         return self.motion.from_jump_s(touch.which, self.phase_s + time_s)
+
+
+class Stepped(ABC):
+    """A robot that moves in steps of `STEP_S`.
+
+    Args:
+        profile: its outline and limits.
+        around: what is around it.
+        truth: where it stands at first.
+    """
+
+    def __init__(self, profile: Profile, around: Surroundings, truth: Pose) -> None:
+        self.profile = profile
+        self.around = around
+        self.truth = truth
+        self._outline = (profile.footprint.length_m, profile.footprint.width_m)
+        self._steps = 0
+
+    @property
+    def time_s(self) -> float:
+        """The robot's clock."""
+        return self._steps * STEP_S
+
+    def advance(self, dt_s: float) -> Motion:
+        """Move, in steps of `STEP_S`."""
+        count = round(dt_s / STEP_S)
+        poses = np.empty((count, 3))
+        times = STEP_S * np.arange(self._steps + 1, self._steps + count + 1, dtype=np.float64)
+        for step in range(count):
+            self._step()
+            poses[step] = self.truth
+        return Motion(times, poses, self.around.touch(times, poses, self._outline))
+
+    @abstractmethod
+    def _step(self) -> None:
+        """Move by one step, and count it."""
 
 
 class Simulated(Protocol):

@@ -1,4 +1,4 @@
-use super::support::{Dice, LIMITS, P3AT, block, wall};
+use super::support::{Dice, LIMITS, P3AT, block, drive_by, towards, wall};
 use crate::avoid::{AvoidanceRecord, Cvm, CvmConfig, Why};
 use crate::geometry::{Point2, Pose2, Twist2};
 
@@ -20,32 +20,15 @@ fn step(pose: Pose2, twist: Twist2, wanted: Twist2) -> (Pose2, Twist2) {
     (pose.moved(mean, 0.02), next)
 }
 
-/// Drives from rest with a tick of latency; calls `look` with every record, pose and twist.
+/// Drives from rest; calls `look` with every record, pose and twist.
 fn drive(
     config: &CvmConfig,
     goal: Point2,
     obstacles: &[Point2],
     seconds: f64,
-    mut look: impl FnMut(&AvoidanceRecord, Pose2, Twist2),
+    look: impl FnMut(&AvoidanceRecord, Pose2, Twist2),
 ) -> Pose2 {
-    let cvm = Cvm::new(config, &LIMITS, &P3AT).unwrap();
-    let (mut pose, mut twist, mut pending) = (Pose2::IDENTITY, Twist2::ZERO, Twist2::ZERO);
-    for _ in 0..(seconds * 10.0) as usize {
-        let back = pose.inverse();
-        let seen: Vec<Point2> = obstacles.iter().map(|&p| back * p).filter(|p| p.norm() < 4.0).collect();
-        let to_goal = pose.position().distance(goal);
-        if to_goal < 0.2 {
-            break;
-        }
-        let bearing = pose.bearing_to(goal);
-        let record = cvm.choose_after(twist, Some(pending), bearing, to_goal, &seen, 0.1);
-        look(&record, pose, twist);
-        for _ in 0..5 {
-            (pose, twist) = step(pose, twist, pending);
-        }
-        pending = record.twist;
-    }
-    pose
+    drive_by(config, Pose2::IDENTITY, goal, obstacles, seconds, towards(goal), look).pose
 }
 
 #[test]

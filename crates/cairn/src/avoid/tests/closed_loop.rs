@@ -1,47 +1,6 @@
-use super::support::{Dice, LIMITS, P3AT, block, wall};
-use crate::avoid::{AvoidanceRecord, BrakeReason, Cvm, CvmConfig, Shape, Why};
+use super::support::{Dice, LIMITS, P3AT, block, drive, wall};
+use crate::avoid::{BrakeReason, Cvm, CvmConfig, Shape, Why};
 use crate::geometry::{Point2, Pose2, Twist2};
-
-pub struct Run {
-    pub arrived: bool,
-    pub clearance_m: f64,
-    pub turns: usize,
-}
-
-/// Drives a unicycle with limits and one tick of latency through exact obstacles at 10 Hz.
-pub fn drive(config: &CvmConfig, start: Pose2, goal: Point2, obstacles: &[Point2], seconds: f64) -> Run {
-    let cvm = Cvm::new(config, &LIMITS, &P3AT).unwrap();
-    let (mut pose, mut twist, mut pending) = (start, Twist2::ZERO, Twist2::ZERO);
-    let mut run = Run { arrived: false, clearance_m: f64::INFINITY, turns: 0 };
-    for _ in 0..(seconds * 10.0) as usize {
-        let robot_from_world = pose.inverse();
-        let seen: Vec<Point2> =
-            obstacles.iter().map(|&p| robot_from_world * p).filter(|p| p.norm() < 4.0).collect();
-        let to_goal = pose.position().distance(goal);
-        let record: AvoidanceRecord =
-            cvm.choose_after(twist, Some(pending), pose.bearing_to(goal), to_goal, &seen, 0.1);
-        run.turns += usize::from(matches!(record.why, Why::TurningInPlace { .. }));
-        for _ in 0..5 {
-            let next = LIMITS.reachable(twist, pending, 0.02);
-            let mean = Twist2::new(
-                (twist.linear_mps + next.linear_mps) / 2.0,
-                (twist.angular_radps + next.angular_radps) / 2.0,
-            );
-            pose = pose.moved(mean, 0.02);
-            twist = next;
-            let robot_from_world = pose.inverse();
-            for &p in obstacles {
-                run.clearance_m = run.clearance_m.min(P3AT.distance(robot_from_world * p));
-            }
-        }
-        pending = record.twist;
-        if pose.position().distance(goal) < 0.15 {
-            run.arrived = true;
-            break;
-        }
-    }
-    run
-}
 
 #[test]
 fn an_empty_place_is_crossed_to_a_goal_in_any_direction() {
@@ -152,5 +111,5 @@ fn in_a_dead_end_it_turns_and_touches_nothing() {
     obstacles.extend(wall((-1.0, -0.7), (4.0, -0.7)));
     obstacles.extend(wall((4.0, -0.7), (4.0, 0.7)));
     let run = drive(&CvmConfig::default(), Pose2::IDENTITY, Point2::new(6.0, 0.0), &obstacles, 60.0);
-    assert!(run.clearance_m > 0.0 && run.turns > 0);
+    assert!(run.clearance_m > 0.0 && run.count(|why| matches!(why, Why::TurningInPlace { .. })) > 0);
 }

@@ -33,7 +33,7 @@ fn the_first_contact_of_the_box_equals_marching_along_the_arc() {
             growth_m: dice.between(0.0, 0.2),
         };
         let p = Point2::new(dice.between(-1.5, 2.5), dice.between(-2.0, 2.0));
-        let curvature = match dice.below(10) {
+        let curvature = match dice.between(0.0, 10.0) as usize {
             0 => 0.0,
             1 => dice.between(-1e-5, 1e-5),
             _ => dice.between(-4.0, 4.0),

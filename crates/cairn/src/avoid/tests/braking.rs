@@ -1,0 +1,194 @@
+//! No chosen command's braking motion meets a seen obstacle: for every way of choosing, whatever the
+//! latency. Closed loops ask it at every tick (`support::drive_by`); here it is asked of random states.
+
+use super::common::Chosen;
+use super::oracle::scene;
+use super::support::{Asked, Dice, LIMITS, P3AT, Run, TICK_S, block, drive_by, towards, wall};
+use crate::avoid::{Cvm, CvmConfig, Guide, Moving, Why};
+use crate::geometry::{Point2, Pose2, Twist2};
+
+/// The straight way to a goal: what a field says where nothing stands.
+struct Straight {
+    goal_in_robot: Point2,
+}
+
+const S_PER_M: f64 = 2.0;
+
+impl Guide for Straight {
+    fn to_go(&self, point_in_robot: Point2) -> (f64, f64) {
+        let away = self.goal_in_robot - point_in_robot;
+        (S_PER_M * away.norm(), away.y.atan2(away.x))
+    }
+
+    fn price(&self, _: Point2) -> f64 {
+        S_PER_M
+    }
+}
+
+fn configs() -> impl Iterator<Item = CvmConfig> {
+    [0.0, 0.05, 0.1, 0.25].into_iter().map(|latency_s| CvmConfig { latency_s, ..CvmConfig::default() })
+}
+
+/// A twist that is likely, and one command before it that may be likewise.
+fn motion(dice: &mut Dice, i: usize) -> (Twist2, Twist2) {
+    match i % 4 {
+        0 => (Twist2::ZERO, Twist2::ZERO),
+        1 => (Twist2::new(0.0, dice.between(-0.8, 0.8)), Twist2::new(0.0, dice.between(-0.8, 0.8))),
+        2 => (Twist2::new(dice.between(-0.15, 0.0), 0.0), Twist2::new(dice.between(-0.15, 0.0), 0.0)),
+        _ => {
+            let now = Twist2::new(dice.between(0.0, 0.7), dice.between(-1.2, 1.2));
+            let (more_mps, more_radps) = (dice.between(-0.05, 0.05), dice.between(-0.2, 0.2));
+            (now, Twist2::new((now.linear_mps + more_mps).max(0.0), now.angular_radps + more_radps))
+        }
+    }
+}
+
+/// Kinds of choice, how often each was made.
+#[derive(Default, Debug)]
+struct Counts {
+    arcs: usize,
+    turns: usize,
+    backs: usize,
+    leaves: usize,
+    gives_way: usize,
+    brakes: usize,
+}
+
+impl Counts {
+    /// Counts a choice; false for one to brake, which may come too late in a state that nobody chose.
+    fn count(&mut self, why: &Why) -> bool {
+        let counter = match why {
+            Why::BestArc => &mut self.arcs,
+            Why::TurningInPlace { .. } => &mut self.turns,
+            Why::BackingOut { .. } => &mut self.backs,
+            Why::LeavingObstacle { .. } => &mut self.leaves,
+            Why::GivingWay { .. } => &mut self.gives_way,
+            Why::Braking { .. } => &mut self.brakes,
+        };
+        *counter += 1;
+        !matches!(why, Why::Braking { .. })
+    }
+}
+
+#[test]
+fn by_the_paper_s_objective_no_braking_motion_meets_a_seen_obstacle_whatever_the_latency() {
+    for config in configs() {
+        let cvm = Cvm::new(&config, &LIMITS, &P3AT).unwrap();
+        let (mut dice, mut counts) = (Dice(13), Counts::default());
+        for i in 0..1200 {
+            let scene = scene(&mut dice);
+            let (now, pending) = motion(&mut dice, i);
+            let record =
+                cvm.choose_after(now, Some(pending), scene.bearing, scene.distance, &scene.obstacles, TICK_S);
+            if counts.count(&record.why) {
+                let chosen = Chosen {
+                    now,
+                    pending,
+                    command: record.twist,
+                    latency_s: config.latency_s,
+                    tick_s: TICK_S,
+                };
+                let gap_m = chosen.least_gap_m(&LIMITS, &P3AT, &scene.obstacles);
+                let least_m = if record.why == Why::BestArc { config.obstacle_radius_m } else { 0.0 };
+                assert!(gap_m > least_m, "scene {i}: {gap_m:.3} m, {:?}, {chosen:?}", record.why);
+            }
+        }
+        let Counts { arcs, turns, backs, .. } = counts;
+        assert!(arcs > 300 && turns > 30 && backs > 10, "{counts:?}");
+    }
+}
+
+#[test]
+fn guided_by_a_field_no_braking_motion_meets_a_seen_obstacle_whatever_the_latency() {
+    for config in configs() {
+        let cvm = Cvm::new(&config, &LIMITS, &P3AT).unwrap();
+        let (mut dice, mut counts) = (Dice(14), Counts::default());
+        for i in 0..1200 {
+            let scene = scene(&mut dice);
+            let (now, pending) = motion(&mut dice, i);
+            let (sin, cos) = scene.bearing.sin_cos();
+            let guide = Straight { goal_in_robot: Point2::new(cos, sin) * scene.distance };
+            let thing = Moving {
+                center: Point2::new(dice.between(1.0, 3.0), dice.between(-1.5, 1.5)),
+                radius_m: 0.3,
+                velocity_mps: Point2::new(dice.between(-0.5, 0.5), dice.between(-0.5, 0.5)),
+            };
+            let moving = if i % 3 == 0 { &[thing][..] } else { &[] };
+            let record =
+                cvm.choose_guided(now, pending, &guide, &scene.obstacles, moving, scene.distance, TICK_S);
+            if counts.count(&record.why) {
+                let chosen = Chosen {
+                    now,
+                    pending,
+                    command: record.twist,
+                    latency_s: config.latency_s,
+                    tick_s: TICK_S,
+                };
+                let gap_m = chosen.least_gap_m(&LIMITS, &P3AT, &scene.obstacles);
+                assert!(gap_m > 0.0, "scene {i}: {gap_m:.3} m, {:?}, {chosen:?}", record.why);
+            }
+        }
+        let Counts { arcs, turns, backs, gives_way, .. } = counts;
+        assert!(arcs > 300 && turns > 30 && backs > 10 && gives_way > 100, "{counts:?}");
+    }
+}
+
+/// Posts, and a sack with the robot in it, its nose to the end and its opening behind.
+fn places(seed: u64) -> Vec<Point2> {
+    let mut dice = Dice(seed);
+    let mut obstacles = wall((0.45, -0.42), (0.45, 0.42));
+    obstacles.extend(wall((-0.6, 0.42), (0.45, 0.42)));
+    obstacles.extend(wall((-0.6, -0.42), (0.45, -0.42)));
+    for _ in 0..8 {
+        let (x, y) = (dice.between(-5.0, -1.8), dice.between(-2.5, 2.5));
+        obstacles.extend(block((x, y), dice.between(0.05, 0.4), dice.between(0.05, 0.4)));
+    }
+    obstacles
+}
+
+/// Out of the sack and on among the posts, held at every tick to a braking motion that touches nothing.
+fn driven(seed: u64, latency_s: f64, guided: bool) -> Run {
+    let config = CvmConfig { latency_s, ..CvmConfig::default() };
+    let goal = Point2::new(-5.5, 1.0 - 0.2 * seed as f64);
+    let by_objective = towards(goal);
+    let choose = |cvm: &Cvm, asked: &Asked| {
+        if !guided {
+            return by_objective(cvm, asked);
+        }
+        let goal_in_robot = asked.pose.inverse() * goal;
+        let (guide, goal_m) = (Straight { goal_in_robot }, goal_in_robot.norm());
+        cvm.choose_guided(asked.twist, asked.pending, &guide, asked.seen, &[], goal_m, TICK_S)
+    };
+    drive_by(&config, Pose2::IDENTITY, goal, &places(seed), 40.0, choose, |_, _, _| {})
+}
+
+#[test]
+fn at_every_tick_of_every_drive_the_braking_motion_of_the_command_touches_nothing() {
+    for guided in [false, true] {
+        let (mut arrived, mut backed, mut turned) = (0, 0, 0);
+        for seed in 0..6 {
+            for latency_s in [0.0, 0.05, 0.1] {
+                let run = driven(seed, latency_s, guided);
+                assert!(run.clearance_m > 0.0, "seed {seed}, latency {latency_s}: {}", run.clearance_m);
+                arrived += usize::from(run.arrived);
+                backed += run.count(|why| matches!(why, Why::BackingOut { .. }));
+                turned += run.count(|why| matches!(why, Why::TurningInPlace { .. }));
+            }
+        }
+        assert!(backed > 100 && turned > 100, "guided {guided}: {backed} back, {turned} turns");
+        assert!(arrived >= 9, "guided {guided}: {arrived} of 18 arrived");
+    }
+}
+
+#[test]
+fn a_command_that_comes_too_late_is_not_taken_for_one_in_time() {
+    // The oracle itself: at 0.6 m/s a wall 0.7 m ahead of the bumper is stopped before, 0.55 m is not.
+    let now = Twist2::new(0.6, 0.0);
+    let gap_m = |ahead_m: f64| {
+        let seen = wall((0.313 + ahead_m, -1.0), (0.313 + ahead_m, 1.0));
+        let chosen = Chosen { now, pending: now, command: Twist2::ZERO, latency_s: 0.1, tick_s: TICK_S };
+        chosen.least_gap_m(&LIMITS, &P3AT, &seen)
+    };
+    // 0.06 m in the latency, then 0.6² / 2a = 0.6 m.
+    assert!((gap_m(0.7) - 0.04).abs() < 0.002 && gap_m(0.55) == 0.0, "{} {}", gap_m(0.7), gap_m(0.55));
+}
