@@ -31,14 +31,14 @@ pub struct Chosen {
     pub tick_s: f64,
 }
 
-const STEP_S: f64 = 1e-3;
+const STEP_S: f64 = 2e-3;
 /// Gaps are looked at this often \[steps\].
 const EVERY: usize = 2;
 
 impl Chosen {
     /// Least distance of the outline to any of `seen` (robot frame) from now until rest \[m\].
     ///
-    /// Marched in milliseconds: towards the pending command for the latency, towards this one for a
+    /// Marched in steps of 2 ms: towards the pending command for the latency, towards this one for a
     /// tick, then both speeds fall together.
     pub fn least_gap_m(&self, limits: &Limits, footprint: &Footprint, seen: &[Point2]) -> f64 {
         let body_m = footprint.circumscribed_radius_m();
@@ -47,7 +47,7 @@ impl Chosen {
             .into_iter()
             .fold(0.0, f64::max);
         let run_m = fastest * (self.latency_s + self.tick_s) + fastest * fastest / (2.0 * limits.linear_mps2);
-        let near: Vec<Point2> = seen.iter().copied().filter(|p| p.norm() < body_m + run_m + 0.3).collect();
+        let near: Vec<Point2> = seen.iter().copied().filter(|p| p.norm() < body_m + run_m + 0.05).collect();
         let mut least_m = f64::INFINITY;
         let mut look = |pose: Pose2| {
             let robot_from_start = pose.inverse();
