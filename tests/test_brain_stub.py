@@ -64,7 +64,8 @@ def test_classes_have_what_the_stub_says(name):
             stubbed[node.target.id] = None
     makes = {"__new__", "__init__"} & stubbed.keys()
     public = {member for member in vars(compiled) if not member.startswith("_")}
-    assert stubbed.keys() - makes == public
+    spoken = {member for member in stubbed if not member.startswith("__")}
+    assert spoken == public
     try:
         taken = compiled_parameters(compiled)
     except ValueError:

@@ -5,6 +5,7 @@ import pytest
 
 import cairn
 from cairn.missions import Scenario, run, run_many, shipped
+from cairn.record import open_run
 from cairn.shipped import folder
 
 QUICK = (folder("scenarios") / "quick.toml").read_text()
@@ -26,11 +27,11 @@ def test_a_run_that_reaches_is_exit_code_0_and_leaves_its_record_and_picture(com
 
 def test_a_recorded_run_has_one_decision_per_tick(command, tmp_path):
     code, _, _ = command("run", "quick", "--record", tmp_path / "mine", "--no-picture")
-    lines = (tmp_path / "mine/decisions.jsonl").read_text().splitlines()
+    ticks = list(open_run(tmp_path / "mine").ticks())
     summary = json.loads((tmp_path / "mine/summary.json").read_text())["summary"]
     assert code == 0
-    assert len(lines) == round(summary["time_s"] * 10) + 1
-    assert {"mode", "reason", "sentence"} <= set(json.loads(lines[-1])["decision"])
+    assert len(ticks) == round(summary["time_s"] * 10) + 1
+    assert {"mode", "reason", "sentence"} <= set(ticks[-1]["decision"])
 
 
 def test_two_records_of_one_seed_are_equal_wall_times_aside():

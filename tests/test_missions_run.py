@@ -10,7 +10,7 @@ import pytest
 from cairn import Profile, World
 from cairn.missions import Scenario, run
 from cairn.missions.setting import Agent, Setting, point_of, start_pose
-from cairn.record import DecisionLog, write_summary
+from cairn.record import write_summary
 from cairn.robots import KinematicRobot, Scene
 
 
@@ -307,18 +307,28 @@ def test_observers_see_every_tick_with_the_way_left():
     assert left[-1] < 0.15
 
 
-def test_a_record_is_one_summary_and_one_line_per_tick(tmp_path):
-    with DecisionLog(tmp_path) as log:
-        result = run(mission(), observers=[log], setting=in_room())
+def test_a_record_is_one_summary(tmp_path):
+    result = run(mission(), setting=in_room())
     write_summary(result.to_dict(), tmp_path)
     record = json.loads((tmp_path / "summary.json").read_text())
-    lines = [json.loads(line) for line in (tmp_path / "decisions.jsonl").read_text().splitlines()]
     assert record["summary"]["reached"] is True
     assert set(record) == {
         "summary", "version", "config_hash", "unmet", "robots", "scenario", "wall",
     }  # fmt: skip
-    assert len(lines) == len(result.robots[0].trace.time_s)
-    assert lines[0]["decision"] == {"mode": "path_tracking", "least": None}
+
+
+def test_an_observer_that_wants_to_know_is_told_what_begins():
+    class Told(list):
+        def begin(self, scenario, seed, setting):
+            self.append((scenario.name, seed, [agent.name for agent in setting.agents]))
+
+        def __call__(self, tick):
+            self.append(tick)
+
+    told = Told()
+    run(mission(), seed=3, observers=[told], setting=in_room())
+    assert told[0] == (mission().name, 3, ["robot"])
+    assert len(told) > 2
 
 
 def test_an_unknown_place_is_refused_with_the_places_there_are():

@@ -1,6 +1,7 @@
 """Types of the compiled brain; the public names are re-exported by `cairn`."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -330,6 +331,47 @@ class Navigator:
     @property
     def field(self) -> SharedField | None: ...
     def map(self) -> tuple[NDArray[np.uint8], float, tuple[float, float, float]]: ...
+
+class Recorder:
+    """Writes the log of a run on a thread of its own, see `cairn.record.Recorder`."""
+
+    def __init__(self, path: Path) -> None: ...
+    def attach(self, name: str, media_type: str, data: bytes) -> None: ...
+    def follow(self, name: str, navigator: Navigator) -> int: ...
+    @staticmethod
+    def leave(navigator: Navigator) -> None: ...
+    def judged(
+        self, robot: int, time_s: float, truth: tuple[float, float, float], clearance_m: float
+    ) -> None: ...
+    def finish(self) -> None: ...
+
+class LogReader:
+    """What is in a log, in order; a file beside the messages has no time.
+
+    Only messages whose topics end with one of `endings` come out, if those are given.
+    """
+
+    def __init__(self, path: Path, endings: set[str] | None = None) -> None: ...
+    @property
+    def complete(self) -> bool: ...
+    def __iter__(self) -> Self: ...
+    def __next__(self) -> tuple[str, int | None, bytes]: ...
+
+def time_ticks(
+    navigator: Navigator,
+    ranges: NDArray[np.float64],
+    wheels: NDArray[np.float64],
+    gyro: NDArray[np.float64],
+    dt_s: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    goals: list[tuple[int, float, float]],
+    record: Path | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Times [ns] of every part of every tick of recorded inputs, and what each tick did.
+
+    (ticks, 7): locate, map, keep, mode, act, record, log; (ticks, 4): V, ω, whether a plan was
+    made, the mode's number.
+    """
 
 def transitions() -> list[tuple[str, str, str, str]]:
     """Every transition of the four modes: (mode, event, next mode, reason)."""

@@ -114,6 +114,9 @@ class Navigator:
     ) -> None:
         self.profile = profile if isinstance(profile, Profile) else Profile.load(profile)
         self.world = world
+        self._controller = controller_text(controller)
+        self._config = None if config is None else dict(config)
+        self._start = None if start is None else _triple(start, "start")
         grid = ground = None
         if world is not None:
             if world.costs is not None:
@@ -121,11 +124,33 @@ class Navigator:
             grid = (world.occupancy, world.resolution_m, world.origin)
         self._brain = _brain.Navigator(
             self.profile,
-            controller_text(controller),
-            None if config is None else dict(config),
+            self._controller,
+            self._config,
             grid,
-            None if start is None else _triple(start, "start"),
+            self._start,
             ground,
+        )
+
+    @property
+    def recipe(self) -> dict[str, Any]:
+        """What this navigator was made of, its map apart: texts of profile and controller, the
+        settings that differ, the start. Plain values, for a log."""
+        return {
+            "profile": self.profile.text,
+            "controller": self._controller,
+            "config": self._config,
+            "start": None if self._start is None else list(self._start),
+        }
+
+    @classmethod
+    def from_recipe(cls, recipe: Mapping[str, Any], world: World | None) -> Navigator:
+        """Make a navigator anew from `recipe`; see there."""
+        return cls(
+            Profile(recipe["profile"]),
+            world,
+            start=recipe["start"],
+            controller=recipe["controller"],
+            config=recipe["config"],
         )
 
     @staticmethod

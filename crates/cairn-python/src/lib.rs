@@ -12,9 +12,11 @@ mod locate;
 mod navigate;
 mod plan;
 mod pool;
+mod record;
 mod robot;
 mod shapes;
 mod terrain;
+mod ticks;
 mod track;
 mod world;
 
@@ -34,5 +36,7 @@ fn _brain(module: &Bound<'_, PyModule>) -> PyResult<()> {
     locate::register(module)?;
     localise::register(module)?;
     navigate::register(module)?;
+    record::register(module)?;
+    ticks::register(module)?;
     Ok(())
 }

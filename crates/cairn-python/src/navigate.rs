@@ -1,7 +1,10 @@
+use std::sync::Arc;
+
 use cairn::geometry::{Point2, Twist2};
 use cairn::locate::WheelTravel;
-use cairn::navigate::{NavigatorConfig, PAPER, TickInput, WorldField};
+use cairn::navigate::{NavigateError, NavigatorConfig, PAPER, TickInput, WorldField};
 use cairn::track::TrackerConfig;
+use cairn_record::{FieldSource, Tap, Told};
 use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use serde::Serialize;
@@ -19,6 +22,8 @@ fn name_of<T: Serialize>(py: Python<'_>, value: &T) -> PyResult<String> {
 #[pyclass(frozen, module = "cairn._brain")]
 pub struct SharedField {
     inner: WorldField,
+    /// Whose it is and of when, where that navigator is recorded.
+    source: Option<FieldSource>,
 }
 
 #[pymethods]
@@ -51,7 +56,7 @@ impl SharedField {
 /// One tick's record. `to_dict` holds all of it.
 #[pyclass(frozen, module = "cairn._brain")]
 pub struct Decision {
-    inner: cairn::navigate::Decision,
+    inner: Arc<cairn::navigate::Decision>,
 }
 
 #[pymethods]
@@ -106,14 +111,16 @@ impl Decision {
 
     /// The whole record as plain dicts and lists.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        Ok(pythonize::pythonize(py, &self.inner)?)
+        Ok(pythonize::pythonize(py, &*self.inner)?)
     }
 }
 
 /// Plans, tracks, avoids and arrives; wrapped by `cairn.Navigator`.
 #[pyclass(module = "cairn._brain")]
 pub struct Navigator {
-    inner: cairn::navigate::Navigator,
+    pub inner: cairn::navigate::Navigator,
+    /// Where its ticks are recorded, if they are.
+    pub tap: Option<Tap>,
 }
 
 #[pymethods]
@@ -138,7 +145,7 @@ impl Navigator {
                 Some(ground) => navigator.with_ground(ground),
                 None => Ok(navigator),
             })
-            .map(|inner| Self { inner })
+            .map(|inner| Self { inner, tap: None })
             .map_err(|e| to_python(&e))
     }
 
@@ -150,16 +157,22 @@ impl Navigator {
 
     #[pyo3(signature = (x, y, field=None))]
     fn set_goal(&mut self, x: f64, y: f64, field: Option<&SharedField>) -> PyResult<()> {
+        let point = Point2::new(x, y);
+        let (shared, source) = (field.is_some(), field.and_then(|field| field.source.clone()));
         let field = field.map(|shared| shared.inner.clone());
-        self.inner.set_goal(Point2::new(x, y), field).map_err(|e| to_python(&e))
+        self.inner.set_goal(point, field).map_err(|e| to_python(&e))?;
+        self.told(|| Told::Goal { point, shared, source });
+        Ok(())
     }
 
     fn explore(&mut self) {
         self.inner.explore();
+        self.told(|| Told::Explore);
     }
 
     fn cancel(&mut self) {
         self.inner.cancel();
+        self.told(|| Told::Cancel);
     }
 
     #[pyo3(signature = (ranges, wheels, gyro, dt_s, world_from_robot=None))]
@@ -173,18 +186,22 @@ impl Navigator {
         world_from_robot: Option<Triple>,
     ) -> PyResult<Decision> {
         let ranges: Vec<f64> = ranges.as_array().to_vec();
-        let navigator = &mut self.inner;
+        let (navigator, tap) = (&mut self.inner, &mut self.tap);
+        let input = TickInput {
+            ranges_m: &ranges,
+            wheels: WheelTravel { left_m: wheels.0, right_m: wheels.1 },
+            gyro_radps: gyro,
+            dt_s,
+            world_from_robot: world_from_robot.map(pose_of),
+        };
         py.detach(|| {
-            navigator.step(&TickInput {
-                ranges_m: &ranges,
-                wheels: WheelTravel { left_m: wheels.0, right_m: wheels.1 },
-                gyro_radps: gyro,
-                dt_s,
-                world_from_robot: world_from_robot.map(pose_of),
-            })
+            let decision = Arc::new(navigator.step(&input)?);
+            if let Some(tap) = tap {
+                tap.stepped(&input, navigator, &decision);
+            }
+            Ok(Decision { inner: decision })
         })
-        .map(|inner| Decision { inner })
-        .map_err(|e| to_python(&e))
+        .map_err(|e: NavigateError| to_python(&e))
     }
 
     #[getter]
@@ -219,7 +236,8 @@ impl Navigator {
 
     #[getter]
     fn field(&self) -> Option<SharedField> {
-        self.inner.field().map(|field| SharedField { inner: field.clone() })
+        let source = self.tap.as_ref().map(Tap::field_source);
+        self.inner.field().map(|field| SharedField { inner: field.clone(), source })
     }
 
     /// (uint8 (rows, cols), resolution [m], origin) of the map as it is now.
@@ -229,6 +247,14 @@ impl Navigator {
         let cells: Vec<u8> = map.values.iter().map(|&seen| seen as u8).collect();
         let cells = cells.into_pyarray(py).reshape([geometry.rows, geometry.cols])?;
         Ok((cells, geometry.resolution_m, triple(geometry.world_from_grid)))
+    }
+}
+
+impl Navigator {
+    fn told(&self, what: impl FnOnce() -> Told) {
+        if let Some(tap) = &self.tap {
+            tap.told(what());
+        }
     }
 }
 

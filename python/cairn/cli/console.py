@@ -19,7 +19,7 @@ from cairn.cli.root import app, complaints, console, ready
 from cairn.errors import ConsoleAddressUnusable
 from cairn.missions import Result, Scenario
 from cairn.missions.live import Live, with_nothing_to_do
-from cairn.record import DecisionLog, write_summary
+from cairn.record import Recorder, write_summary
 
 PORT = 8080
 
@@ -73,7 +73,7 @@ def console_command(
     folder = ready(record or Path("runs") / f"console-{mission.name}")
 
     def observers(run: int) -> list[Any]:
-        return [] if record is None else [DecisionLog(_folder(folder, run))]
+        return [] if record is None else [Recorder(_folder(folder, run))]
 
     def finish(result: Result, run: int) -> None:
         write_summary(result.to_dict(), _folder(folder, run))

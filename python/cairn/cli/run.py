@@ -20,7 +20,7 @@ from cairn.errors import CairnError
 from cairn.missions import Change, Result, Scenario, coverage, run, run_many, shipped
 from cairn.missions.result import EXIT_CONTACT, EXIT_NOT_REACHED, EXIT_OK, EXIT_USAGE
 from cairn.missions.retelling import Listener, of_result
-from cairn.record import DecisionLog, write_summary
+from cairn.record import Recorder, write_summary
 
 VERDICT = {
     EXIT_OK: "[bold green]as expected[/]",
@@ -51,7 +51,7 @@ def run_command(
     ] = None,
     record: Annotated[
         Path | None,
-        typer.Option(help="Folder to write; by default runs/<name>, without the decisions."),
+        typer.Option(help="Folder to write; by default runs/<name>."),
     ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the record, nothing else.")
@@ -74,7 +74,7 @@ def run_command(
     port: Port = None,
     browser: Browser = None,
 ) -> None:
-    """Run a mission; `summary.json` and a picture stay in runs/<name>.
+    """Run a mission; `summary.json`, the log `run.mcap` and a picture stay in runs/<name>.
 
     --speed, --host, --port and --browser are for --live.
     """
@@ -88,9 +88,8 @@ def run_command(
     folder = ready(record or Path("runs") / mission.name)
     telling = report if report is not None else record is not None
     listener = Listener() if telling or animate is not None else None
-    observers: list[Any] = [] if listener is None else [listener]
-    if record is not None:
-        observers.append(DecisionLog(folder))
+    recorder = Recorder(folder)
+    observers: list[Any] = [recorder] if listener is None else [recorder, listener]
     if live:
         (result,) = watch(
             mission, seed=seed, observers=lambda _: observers, speed=speed, paused=False,
@@ -98,7 +97,7 @@ def run_command(
         )  # fmt: skip
     else:
         result = _run(mission, seed, observers)
-    written = [write_summary(result.to_dict(), folder)]
+    written = [write_summary(result.to_dict(), folder), recorder.path]
     if picture:
         from cairn.view.picture import draw_run
 

@@ -558,3 +558,41 @@ class NavBenchValueOutOfRange(CairnError):
 
     key: str
     value: Any
+
+
+# ---- logs ----------------------------------------------------------------------------------------
+
+
+class LogUnwritable(CairnError):
+    """The log of a run cannot be written, or no longer."""
+
+    path: str
+    reason: str
+
+
+class LogUnreadable(CairnError):
+    """There is no log of a run, or what is there is none."""
+
+    path: str
+    reason: str
+
+
+class LogNotReplayable(CairnError):
+    """An input was used that is not in the log."""
+
+    path: str
+    reason: str
+
+
+class TickNotRecorded(CairnError):
+    """A log has no tick at that time."""
+
+    path: str
+    time_s: float
+
+
+class RobotUnknown(CairnError):
+    """A run has no robot of that name."""
+
+    robot: str
+    known: list[str]

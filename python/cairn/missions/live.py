@@ -266,7 +266,7 @@ class Live:
         for each in observers:
             if isinstance(each, contextlib.AbstractContextManager):
                 self._stack.enter_context(each)
-        self._loop = Loop(scenario, setting, observers)
+        self._loop = Loop(scenario, setting, observers, self._seed)
         self._decided = -1
         self._shown = min(self._shown, len(self._loop.followers) - 1)
         self._began = time.perf_counter()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -12,8 +11,11 @@ from cairn import errors
 from cairn.missions.result import Result
 from cairn.missions.runner import Tick
 from cairn.missions.setting import load_map
+from cairn.record import open_run
 from cairn.view.story import Story, tell
 from cairn.world import World
+
+LOG = "run.mcap"
 
 
 class Listener:
@@ -78,20 +80,15 @@ def _body(scenario: dict[str, Any], folder: Path | None) -> dict[str, Any]:
     }
 
 
-def _worlds(scenario: dict[str, Any], folder: Path | None) -> tuple[World | None, World | None]:
-    """The given map and what really stands there, as far as their files are still to be had."""
-
-    def loaded(name: str | None) -> World | None:
-        if name is None or name == "none":
-            return None
-        try:
-            return load_map(name, folder)
-        except (errors.CairnError, OSError):
-            return None
-
-    known = loaded(scenario.get("map"))
+def _real_world(scenario: dict[str, Any], known: World | None) -> World | None:
+    """What really stands there, as far as its file is still to be had."""
     real = scenario.get("world")
-    return known, loaded(real["map"]) if real else known
+    if not real:
+        return known
+    try:
+        return load_map(real["map"], None)
+    except (errors.CairnError, OSError):
+        return None
 
 
 def is_run(path: Path) -> bool:
@@ -114,25 +111,18 @@ def of_record(path: Path) -> Story:
             path=str(path),
             reason="no recorded run",
         )
-    summary, scenario, ticks = _opened(folder)
-    known, world = _worlds(scenario, None)
+    made = open_run(folder)
+    scenario, known = made.scenario, made.map()
     try:
         return tell(
-            summary, scenario, ticks, known=known, world=world, **_body(scenario, None)
-        )  # fmt: skip
+            made.summary,
+            scenario,
+            made.ticks(),
+            known=known,
+            world=_real_world(scenario, known),
+            **_body(scenario, None),
+        )
     except ValueError as error:
         raise errors.NothingToReport(
             f"{path}: {error}", path=str(path), reason=str(error)
         ) from error
-
-
-LOG = "decisions.jsonl"
-
-
-def _opened(folder: Path) -> tuple[dict[str, Any] | None, dict[str, Any], Iterable[Any]]:
-    """Summary, scenario and ticks of a run, as its log has them."""
-    path = folder / "summary.json"
-    summary = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
-    with (folder / LOG).open(encoding="utf-8") as lines:
-        ticks = [json.loads(line) for line in lines if line.endswith("\n")]
-    return summary, (summary or {}).get("scenario", {}), ticks

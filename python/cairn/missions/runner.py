@@ -63,7 +63,8 @@ def run(
     Args:
         scenario: what to do, where.
         seed: of everything random; by default the scenario's own.
-        observers: called with every robot's `Tick`.
+        observers: called with every robot's `Tick`; one with a method `begin` is first told
+            (scenario, seed, setting).
         setting: builds world, robots and navigators.
 
     Returns:
@@ -76,7 +77,7 @@ def run(
     began = time.perf_counter()
     scene = setting(scenario, seed)
     built = time.perf_counter()
-    loop = Loop(scenario, scene, list(observers))
+    loop = Loop(scenario, scene, list(observers), seed)
     loop.play()
     return loop.result(seed, build_s=built - began, run_s=time.perf_counter() - built)
 
@@ -84,11 +85,16 @@ def run(
 class Loop:
     """One run: the clock, the events, and a follower for each robot."""
 
-    def __init__(self, scenario: Scenario, setting: Setting, observers: list[Observer]) -> None:
-        """Begin at time zero."""
+    def __init__(
+        self, scenario: Scenario, setting: Setting, observers: list[Observer], seed: int
+    ) -> None:
+        """Begin at time zero; observers with a method `begin` are told of what."""
         self.config_hash = scenario.config_hash()
         scenario = scenario.model_copy(update={"pose": scenario.pose or setting.pose})
         self.scenario, self.setting, self.observers = scenario, setting, observers
+        for observer in observers:
+            if (begin := getattr(observer, "begin", None)) is not None:
+                begin(scenario, seed, setting)
         leader = Follower(setting.agents[0], scenario, setting, None)
         others = [Follower(agent, scenario, setting, leader) for agent in setting.agents[1:]]
         self.followers = [leader, *others]

@@ -3,6 +3,7 @@ use thiserror::Error;
 
 use super::guided::GuidedConfig;
 use super::moving::MovingConfig;
+use super::record::Weights;
 use crate::geometry::{Point2, Twist2};
 
 /// What outline is swept along the arcs.
@@ -154,6 +155,12 @@ pub enum AvoidError {
 }
 
 impl CvmConfig {
+    /// The weights of (7).
+    pub fn weights(&self) -> Weights {
+        let Self { speed_weight: speed, distance_weight: distance, heading_weight: heading, .. } = *self;
+        Weights { speed, distance, heading }
+    }
+
     /// Checks every number once.
     ///
     /// # Errors

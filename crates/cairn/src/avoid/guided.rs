@@ -131,6 +131,7 @@ impl Cvm {
             goal_bearing_rad: wrap_angle(direction_rad),
             goal_distance_m,
             clearance_m,
+            weights: self.config.weights(),
             guided: Some(Guidance { to_go_s, tight: false, moving: moving.len() }),
             intervals: Vec::new(),
             candidates: Vec::new(),

@@ -22,7 +22,9 @@ pub use guided::{Guide, GuidedConfig};
 pub use intervals::FreeArcs;
 pub use moving::{Moving, MovingConfig};
 pub use objective::{Objective, Window};
-pub use record::{ArcInterval, AvoidanceRecord, BrakeReason, Candidate, Guidance, Refusal, Side, Why};
+pub use record::{
+    ArcInterval, AvoidanceRecord, BrakeReason, Candidate, Guidance, Refusal, Side, Weights, Why,
+};
 
 #[cfg(test)]
 mod tests;

@@ -130,6 +130,17 @@ pub struct Guidance {
     pub moving: usize,
 }
 
+/// a1, a2 and a3 of (7).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Weights {
+    /// Of the speed.
+    pub speed: f64,
+    /// Of the free length.
+    pub distance: f64,
+    /// Of the heading.
+    pub heading: f64,
+}
+
 /// One choice of the curvature velocity method, with everything it was made from.
 ///
 /// `intervals` are the merged, disjoint intervals of curvature from right to left; neighbours with
@@ -145,6 +156,8 @@ pub struct AvoidanceRecord {
     pub goal_distance_m: f64,
     /// Distance between footprint and nearest obstacle point \[m\]; infinite without obstacles.
     pub clearance_m: f64,
+    /// What the terms of a candidate count for in its total.
+    pub weights: Weights,
     /// What the field said, if one guided: then every candidate's total is minus the time to the goal \[s\].
     pub guided: Option<Guidance>,
     /// Merged intervals of curvature and their free lengths.

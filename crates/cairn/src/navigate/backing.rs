@@ -3,6 +3,7 @@
 use std::cell::OnceCell;
 
 use super::navigator::Navigator;
+use super::record::BackingRecord;
 use super::recovery::{Cause, Recovery};
 use super::stall::Moved;
 use crate::geometry::{Point2, Pose2, Twist2};
@@ -151,7 +152,7 @@ impl Navigator {
     /// The command: straight off, as long as nothing is there either; None ends it.
     ///
     /// The robot stands, whatever its wheels say, and what holds it is on the side that it leaves.
-    pub(super) fn back_off(&mut self, pose: Pose2, dt_s: f64) -> Option<Twist2> {
+    pub(super) fn back_off(&mut self, pose: Pose2, dt_s: f64) -> Option<(Twist2, BackingRecord)> {
         let backing = self.backing?;
         let speed_mps = backing.direction * self.config.stall.back_off_mps;
         let rolls = if backing.moved_m > 0.0 { Twist2::new(speed_mps, 0.0) } else { Twist2::ZERO };
@@ -162,7 +163,8 @@ impl Navigator {
         if !clear {
             self.backing = None;
         }
-        clear.then_some(twist)
+        let Backing { cause, moved_m, .. } = backing;
+        clear.then_some((twist, BackingRecord { cause, moved_m, back_off_m: self.config.stall.back_off_m }))
     }
 
     /// What no sensor shows, along an edge.

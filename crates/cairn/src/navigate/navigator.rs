@@ -8,7 +8,7 @@ use super::keeping::Keeper;
 use super::lidar::LidarSense;
 use super::locating::Locating;
 use super::planning::{Refusal, WorldField};
-use super::record::{Decision, PlanRecord, Story, Task, TaskStatus};
+use super::record::{BackingRecord, Decision, PlanRecord, Story, Task, TaskStatus};
 use super::recovery::{Recovery, Remedy};
 use super::stall::StallWatch;
 use super::strategy::{Event, Mode, Strategy};
@@ -33,6 +33,23 @@ pub struct TickInput<'a> {
     pub dt_s: f64,
     /// The pose, where something else knows it better.
     pub world_from_robot: Option<Pose2>,
+}
+
+/// The parts of a tick, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TickPart {
+    /// Wheels, gyroscope and ranges into a pose.
+    Locate,
+    /// Ranges into the map.
+    Map,
+    /// Changed cells priced, the field repaired; wheels watched.
+    Keep,
+    /// What is perceived, the mode, and the plan where one is made.
+    Mode,
+    /// Tracking or avoiding.
+    Act,
+    /// The sentence and the record.
+    Record,
 }
 
 /// Plans, tracks, avoids and arrives.
@@ -274,10 +291,23 @@ impl Navigator {
     /// # Errors
     /// [`NavigateError`] for input that cannot be a measurement; nothing has changed then.
     pub fn step(&mut self, input: &TickInput<'_>) -> Result<Decision, NavigateError> {
+        self.step_probed(input, |_| {})
+    }
+
+    /// As [`Self::step`]; `probe` is told as each part of the tick is done, to be timed by who has a clock.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn step_probed(
+        &mut self,
+        input: &TickInput<'_>,
+        mut probe: impl FnMut(TickPart),
+    ) -> Result<Decision, NavigateError> {
         self.check(input)?;
         self.tick += 1;
         self.time_s += input.dt_s;
         let located = self.locate(input)?;
+        probe(TickPart::Locate);
         let pose = self.odometry.pose();
         self.unmapped_s += input.dt_s;
         if !self.guided() || self.unmapped_s >= self.config.lidar.map_every_s {
@@ -285,11 +315,13 @@ impl Navigator {
             self.map.integrate(pose, &self.profile, input.ranges_m)?;
             self.free_own_place(pose);
         }
+        probe(TickPart::Map);
         let (mut repair, mut stalled) = (None, None);
         if !self.guided() {
             repair = self.keep_field();
             stalled = self.watch_for_stall(input.wheels, input.gyro_radps, input.ranges_m, input.dt_s);
         }
+        probe(TickPart::Keep);
         let pose = self.odometry.pose();
 
         let mode_before = self.mode;
@@ -299,8 +331,10 @@ impl Navigator {
         let plan = self.enter(mode, reason);
         self.avoiding_s = if mode == Mode::ObstacleAvoidance { self.avoiding_s + input.dt_s } else { 0.0 };
 
+        probe(TickPart::Mode);
         let mut tracking: Option<TrackingRecord> = None;
         let mut avoidance: Option<AvoidanceRecord> = None;
+        let mut backing: Option<BackingRecord> = None;
         let measured = self.odometry.twist();
         let twist = match mode {
             Mode::Stop | Mode::PathPlanning => braking(&self.profile.limits, self.commanded, input.dt_s),
@@ -330,7 +364,10 @@ impl Navigator {
                 twist
             }
             Mode::ObstacleAvoidance => match self.back_off(pose, input.dt_s) {
-                Some(twist) => twist,
+                Some((twist, record)) => {
+                    backing = Some(record);
+                    twist
+                }
                 None => {
                     let record = self.avoid(pose, measured, input.dt_s);
                     let twist = record.twist;
@@ -345,6 +382,7 @@ impl Navigator {
         self.commanded = twist;
         self.tracker.overridden(twist);
 
+        probe(TickPart::Act);
         let waypoint_index = (!self.waypoints.is_empty()).then(|| self.tracker.index());
         let intermediate = if mode == Mode::ObstacleAvoidance { self.intermediate } else { None };
         let sentence = Story {
@@ -363,7 +401,7 @@ impl Navigator {
             intermediate,
         }
         .sentence();
-        Ok(Decision {
+        let decision = Decision {
             tick: self.tick - 1,
             time_s: self.time_s,
             pose,
@@ -390,10 +428,13 @@ impl Navigator {
             tracking,
             avoidance,
             lidar: self.lidar.as_ref().map(LidarSense::record),
+            backing,
             caution,
             limits: self.profile.limits,
             twist,
-        })
+        };
+        probe(TickPart::Record);
+        Ok(decision)
     }
 
     fn check(&self, input: &TickInput<'_>) -> Result<(), NavigateError> {

@@ -68,6 +68,17 @@ pub struct PlanRecord {
     pub refusal: Option<Refusal>,
 }
 
+/// Backing off from what holds the robot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BackingRecord {
+    /// Why.
+    pub cause: Cause,
+    /// How far it has come \[m\].
+    pub moved_m: f64,
+    /// How far it goes \[m\].
+    pub back_off_m: f64,
+}
+
 /// One tick: what was seen, what was decided and why, what is commanded.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Decision {
@@ -124,6 +135,8 @@ pub struct Decision {
     pub avoidance: Option<AvoidanceRecord>,
     /// What the last scan told, where a lidar guides.
     pub lidar: Option<LidarRecord>,
+    /// Backing off from what holds the robot gave the command.
+    pub backing: Option<BackingRecord>,
     /// The command was slowed because the robot does not see far enough.
     pub caution: Option<Caution>,
     /// Limits in force.
