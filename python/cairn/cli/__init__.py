@@ -7,6 +7,7 @@ Exit codes: 0 done or reached, 2 usage or bad input, 3 goal not reached or refus
 from cairn.cli import (
     bench,
     bench_nav,
+    bench_tick,
     console,
     doctor,
     localise,
@@ -14,6 +15,7 @@ from cairn.cli import (
     report,
     reproduce,
     run,
+    runs,
     track,
 )  # they add their commands to the application
 from cairn.cli.order import put_in_order
@@ -25,6 +27,7 @@ __all__ = [
     "app",
     "bench",
     "bench_nav",
+    "bench_tick",
     "console",
     "doctor",
     "localise",
@@ -33,5 +36,6 @@ __all__ = [
     "report",
     "reproduce",
     "run",
+    "runs",
     "track",
 ]
