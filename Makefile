@@ -7,7 +7,7 @@ export UV_PYTHON_DOWNLOADS := never
 export UV_SYSTEM_CERTS := true
 PY := .venv/bin/python
 CAIRN := .venv/bin/cairn
-PYTHON_SOURCES := python tests examples docs
+PYTHON_SOURCES := python tests examples docs/sitegen
 
 .PHONY: run test test-rust test-python test-browser test-slow bench docs lint format setup lock clean
 

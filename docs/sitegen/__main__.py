@@ -38,7 +38,7 @@ def main() -> int:
         print(error, file=sys.stderr)
         return 1
     settings = ["-b", "html", "-c", str(Path(__file__).parent), "-d", str(work / "doctrees")]
-    strict = ["-q", "-W", "--keep-going", "-j", "auto"]
+    strict = ["-q", "-E", "-W", "--keep-going", "-j", "auto"]
     if code := build_main([*settings, *strict, str(work / "pages"), str(given.site)]):
         return code
     if given.rust:

@@ -34,7 +34,7 @@ def page(root: Path) -> str:
             file = source / f"{name}.rs"
         lines.append(f"| `cairn::{name}` | {_about(file)} |")
     if example := re.search(r"^//! ```\n(.*?)^//! ```", library, re.M | re.S):
-        code = re.sub(r"^//! ?", "", example.group(1), flags=re.M)
+        code = re.sub(r"^//! ?(# .*\n)?", "", example.group(1), flags=re.M)
         lines.append(PRELUDE + code + "```")
     return "\n".join(lines) + "\n"
 
