@@ -188,3 +188,20 @@ def test_without_viser_the_extra_is_named(source, monkeypatch):
     monkeypatch.setitem(sys.modules, "viser", None)
     with pytest.raises(errors.ConsoleNotInstalled, match=r"cairn-nav\[console\]"):
         Console(source, port=0)
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [("two_robots", {}), ("explore", {}), ("lost", {}), ("crate", {"profile": "jackal"})],
+)
+def test_every_kind_of_mission_can_be_shown(name, changes):
+    scenario = Scenario.load(name).model_copy(update={"robot": "kinematic", **changes})
+    live = Live(scenario, speed=math.inf, paused=True)
+    with a_console(live, interactive=False) as page, a_browser(page):
+        live.start()
+        for ticks in (1, 30, 60):
+            live.do(ask.Step(ticks))
+            waiting(lambda ticks=ticks: live.newer(0, 10.0).time_s >= ticks / 10)
+            drawn = live.snapshot().number
+            waiting(lambda drawn=drawn: page.drawn >= drawn)
+    live.end()

@@ -43,7 +43,7 @@ def seen(browser):
     live = Live(ROOM, speed=4.0, open_end=True, paused=True).start()
     page = Console(live, port=0)
     browser.goto(page.url)
-    waiting(lambda: "Waiting for a command" in browser.text, "the words")
+    waiting(lambda: "time has not begun" in browser.text, "the words")
     waiting(lambda: page.visitors and page.drawn, "the drawing")
     sizes = []
 

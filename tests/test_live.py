@@ -36,6 +36,14 @@ def after(live, snapshot, seconds):
     return until(live, lambda s: s.time_s >= snapshot.time_s + seconds)
 
 
+def _stands(live):
+    """Wait until all steps asked for are done."""
+    time_s = None
+    while (snapshot := live.newer(0, 10.0)).time_s != time_s:
+        time_s = snapshot.time_s
+        live.newer(snapshot.number, 0.2)
+
+
 def ended(goals):
     return lambda snapshot: len(snapshot.robots[0].goals) == goals
 
@@ -106,6 +114,32 @@ def test_what_breaks_the_run_is_raised_where_it_is_waited_for():
     live = Live(QUICK, speed=math.inf, observers=lambda run: [broken]).start()
     with pytest.raises(OSError, match="disk full"):
         live.wait(60.0)
+
+
+def test_a_run_that_people_hindered_can_be_run_again_from_its_record():
+    live = Live(QUICK, speed=math.inf, paused=True).start()
+    for command in (
+        ask.Step(31),
+        ask.PutBox(4.0, 2.6, 0.4, 0.7, 0.5),
+        ask.Step(40),
+        ask.Carry(2.0, 1.2, 0.3),
+        ask.Step(30),
+        ask.TakeBox("dropped 1"),
+        ask.Step(5),
+        ask.DriveTo(4.0, 3.0),
+        ask.Pause(False),
+    ):
+        live.do(command)
+        until(live, lambda s: s.paused or s.over, patience=100)
+        if isinstance(command, ask.Step):
+            _stands(live)
+    assert live.wait(60.0)
+    (result,) = live.results
+    assert [type(event).__name__ for event in result.scenario.events] == ["Shove", "NewGoal"]
+    watched, again = result.to_dict(), run(result.scenario).to_dict()
+    for record in (watched, again):
+        del record["wall"], record["config_hash"]
+    assert watched == again
 
 
 # ---- commands ------------------------------------------------------------------------------------

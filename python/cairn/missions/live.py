@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from cairn.errors import CairnError
+from cairn.missions import scenario as scenarios
 from cairn.missions.moments import Moments
 from cairn.missions.result import CANCELLED, REPLACED, Result
 from cairn.missions.runner import TICK_S, Loop, Observer
@@ -29,8 +30,7 @@ from cairn.missions.scenario import (
     Shove,
     Start,
 )
-from cairn.missions.setting import Setting, build
-from cairn.robots.scene import Box
+from cairn.missions.setting import Setting, body_of, build
 from cairn.view.console.commands import (
     Begin,
     CallOff,
@@ -91,7 +91,6 @@ class Live:
         self._steps = 0
         self._shown = 0
         self._run = -1
-        self._boxes = 0
         self._notes: deque[Note] = deque(maxlen=NOTES)
         self._note_count = 0
         self._inbox: deque[Command] = deque()
@@ -184,23 +183,21 @@ class Live:
         self._obey()
         if self._stopping:
             return False
-        loop = self._loop
-        if self._decided < loop.ticks:
-            if self._open_end:
-                for follower in loop.followers:
-                    follower.give_up(loop.time_s, self._scenario.timeout_s)
-            ended = sum(len(follower.goals) for follower in loop.followers)
-            loop.decide()
-            self._decided = loop.ticks
-            if ended < sum(len(follower.goals) for follower in loop.followers):
-                self._tell_ends()
-            self._publish()
-            if not self._open_end and loop.done:
-                return False
         if self._paused and self._steps == 0:
             self._rest()
             return True
         self._steps = max(self._steps - 1, 0)
+        loop = self._loop
+        if self._open_end:
+            for follower in loop.followers:
+                follower.give_up(loop.time_s, self._scenario.timeout_s)
+        ended = sum(len(follower.goals) for follower in loop.followers)
+        loop.decide()
+        if ended < sum(len(follower.goals) for follower in loop.followers):
+            self._tell_ends()
+        self._publish()
+        if not self._open_end and loop.done:
+            return False
         loop.move()
         if not self._open_end and loop.time_s >= self._scenario.timeout_s:
             return False
@@ -260,6 +257,8 @@ class Live:
         self._scenario, self._build_s = scenario, build_s
         self._run += 1
         self._over = None
+        self._boxes: dict[str, scenarios.Box] = {}
+        self._events: list[scenarios.Event] = []
         self._moments.begin(self._run)
         self._stack = contextlib.ExitStack()
         observers = list(self._observers(self._run))
@@ -267,7 +266,6 @@ class Live:
             if isinstance(each, contextlib.AbstractContextManager):
                 self._stack.enter_context(each)
         self._loop = Loop(scenario, setting, observers, self._seed)
-        self._decided = -1
         self._shown = min(self._shown, len(self._loop.followers) - 1)
         self._began = time.perf_counter()
         self._marks.clear()
@@ -275,13 +273,20 @@ class Live:
     def _close_run(self) -> None:
         """Sum the run up."""
         loop = self._loop
-        if self._decided < 0:
+        if not loop.decisions:
             loop.decide()
         if self._stopping or self._open_end:
             for follower in loop.followers:
                 follower.abandon(loop.time_s)
         loop.close()
         self._stack.close()
+        # What people did is part of what happened: the record can be run again.
+        loop.scenario = loop.scenario.model_copy(
+            update={
+                "boxes": (*loop.scenario.boxes, *self._boxes.values()),
+                "events": (*loop.scenario.events, *self._events),
+            }
+        )
         run_s = time.perf_counter() - self._began
         result = loop.result(self._seed, build_s=self._build_s, run_s=run_s)
         self.results.append(result)
@@ -324,39 +329,53 @@ class Live:
         now_s = self._loop.time_s
         match command:
             case DriveTo(x_m, y_m, robot):
-                goal = NewGoal(do="new_goal", at_s=now_s, x_m=x_m, y_m=y_m, robot=robot)
-                self._follower(robot).order(goal, now_s)
+                self._happens(NewGoal(do="new_goal", at_s=now_s, x_m=x_m, y_m=y_m, robot=robot))
             case Explore(for_s, robot):
                 self._follower(robot).order(Goal(explore_s=for_s), now_s)
             case CallOff(robot):
-                self._follower(robot).happens(Cancel(do="cancel", at_s=now_s), now_s)
+                self._happens(Cancel(do="cancel", at_s=now_s, robot=robot))
             case StopNow():
-                stop = EmergencyStop(do="emergency_stop", at_s=now_s, for_s=STOP_S)
-                for follower in self._loop.followers:
-                    follower.happens(stop, now_s)
+                for robot, follower in enumerate(self._loop.followers):
+                    self._happens(
+                        EmergencyStop(do="emergency_stop", at_s=now_s, for_s=STOP_S, robot=robot)
+                    )
                     follower.waiting.clear()
-                    follower.happens(Cancel(do="cancel", at_s=now_s), now_s)
+                    self._happens(Cancel(do="cancel", at_s=now_s, robot=robot))
             case PutBox():
                 self._put(command)
             case TakeBox(name):
-                for stage in self._stages():
-                    stage.take_away(name)
+                self._take(name)
             case Carry(x_m, y_m, heading, robot):
                 self._carry(robot, x_m, y_m, heading)
 
+    def _happens(self, event: scenarios.Event) -> None:
+        """Let something happen to a robot, and keep it for the record."""
+        self._follower(event.robot).happens(event, self._loop.time_s)
+        self._events.append(event)
+
     def _put(self, command: PutBox) -> None:
-        self._boxes += 1
-        box = Box(
-            x=command.x_m,
-            y=command.y_m,
+        box = scenarios.Box(
+            x_m=command.x_m,
+            y_m=command.y_m,
             length_m=command.length_m,
             width_m=command.width_m,
-            heading=command.heading,
-            name=f"dropped {self._boxes}",
+            yaw_rad=command.heading,
+            name=f"dropped {len(self._boxes) + 1}",
             from_s=self._loop.time_s,
         )
         for stage in self._stages():
-            stage.put(box)
+            stage.put(body_of(box))
+        self._boxes[box.name] = box
+
+    def _take(self, name: str) -> None:
+        box, now_s = self._boxes.get(name), self._loop.time_s
+        if box is None:
+            raise ValueError(f"there is no box `{name}` that was put down")
+        for stage in self._stages():
+            stage.take_away(name)
+        # A box that came and went between two ticks never was.
+        until_s = max(now_s, box.from_s + 1e-6)
+        self._boxes[name] = box.model_copy(update={"until_s": until_s})
 
     def _stages(self) -> list[Any]:
         """What stands around the robots; several in one physics share one."""
@@ -375,8 +394,9 @@ class Live:
             dx_m=c * dx + s * dy,
             dy_m=c * dy - s * dx,
             dheading_rad=turn,
+            robot=robot,
         )
-        follower.happens(shove, self._loop.time_s)
+        self._happens(shove)
 
     def _begin_anew(self, start: tuple[float, float, float] | None) -> None:
         scenario = self._scenario

@@ -27,6 +27,16 @@ TOLD = 12
 # Maps and fields are large: they are copied at most this often [s].
 MAP_EVERY_S, FIELD_EVERY_S = 0.4, 1.0
 
+# The record of a robot whose time has not begun.
+_NOT_YET: dict[str, Any] = {
+    "mode": "stop",
+    "sentence": "Stop: its time has not begun.",
+    "twist": {"linear_mps": 0.0, "angular_radps": 0.0},
+    "tracking": None,
+    "avoidance": None,
+    "waypoint_index": 0,
+}
+
 
 class Moments:
     """Takes snapshots of a run, between its ticks and in its own thread."""
@@ -102,23 +112,30 @@ class Moments:
             name=agent.name,
             body=self._body(agent),
             truth=truth,
-            estimate=trace.estimate[-1],
-            ranges_m=np.array(follower.readings.ranges_m, float),
-            decision=follower.decision.to_dict(),
+            estimate=_pose(agent.navigator.pose),
+            ranges_m=self._ranges(follower),
+            decision=follower.decision.to_dict() if follower.decision else _NOT_YET,
             goal=goal,
             to_go_m=None if goal is None else way_left_m(path, truth, goal),
-            clearance_m=trace.clearance_m[-1],
+            clearance_m=trace.clearance_m[-1] if trace.clearance_m else agent.robot.clearance_m,
             path=np.empty((0, 2)) if path is None else np.array(path, float),
             waypoints=np.array(agent.navigator.waypoints, float).reshape(-1, 2),
-            trail=np.array(trace.truth[-TRAIL_TICKS:], float)[:, :2],
+            trail=np.array(trace.truth[-TRAIL_TICKS:], float).reshape(-1, 3)[:, :2],
             trail_modes=tuple(trace.mode[-TRAIL_TICKS:]),
-            history=np.column_stack([trace.time_s[recent], trace.twist[recent]]),
+            history=np.column_stack(
+                [trace.time_s[recent], np.reshape(trace.twist[recent], (-1, 2))]
+            ),
             told=tuple(change.to_dict() for change in follower.transitions[-TOLD:]),
             goals=tuple(ended.to_dict() for ended in follower.goals),
             driven_m=follower.driven_m,
             contacts=len(agent.robot.contacts) + len(follower.meetings),
             plan_count=agent.navigator.plan_count,
         )
+
+    def _ranges(self, follower: Follower) -> np.ndarray:
+        if follower.readings is None:
+            return np.full(follower.agent.robot.profile.range_count, np.nan)
+        return np.array(follower.readings.ranges_m, float)
 
     def _body(self, agent: Any) -> Body:
         if agent.name not in self._bodies:

@@ -62,7 +62,7 @@ def build(scenario: Scenario, seed: int, *, spares: int = 0) -> Setting:
     assert world is not None  # the scenario is checked: no map needs a world
     profile = cairn.Profile.load(_beside(scenario.profile, scenario.folder))
     pose = _pose_source(scenario, known, profile)
-    scene = robots.Scene.from_world(world, [_box(box) for box in scenario.boxes], spares=spares)
+    scene = robots.Scene.from_world(world, [body_of(box) for box in scenario.boxes], spares=spares)
     noise = None if profile.noise is None else profile.noise.scaled(scenario.noise)
     for goal in scenario.goals:
         if goal.explore_s is None:
@@ -116,7 +116,8 @@ def _navigator(
         ) from error
 
 
-def _box(box: Box) -> robots.Box:
+def body_of(box: Box) -> robots.Box:
+    """The thing that stands in a simulation for a box of a scenario."""
     from cairn import robots
 
     return robots.Box(

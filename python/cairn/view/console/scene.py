@@ -15,6 +15,7 @@ from cairn.view.console.snapshot import BoxState, Floats, Grid, RobotState, Snap
 
 FOV_RAD = 0.3  # narrow: nearly a plan, as if seen from far above
 MARGIN = 1.06
+_BELOW_M = 0.35  # names of places stand below them
 
 # Heights [m]: what lies on what. Far enough apart for a camera 100 m above.
 _Z = {
@@ -41,6 +42,11 @@ class Drawing:
         """Draw into `server`, a `viser.ViserServer`."""
         self._scene = server.scene
         self._server = server
+        self._scene.configure_environment_map(None)
+        self._scene.configure_default_lights(enabled=False)
+        # Together they give a colour seen from above as it is meant, and sides in shade.
+        self._scene.add_light_ambient("/light", intensity=2.3)
+        self._scene.add_light_directional("/sun", intensity=0.9, position=(-3.0, -5.0, 12.0))
         self._handles: dict[str, Any] = {}
         self._drawn: dict[str, Any] = {}
         self.on = {key: on for key, (_, on) in LAYERS.items()}
@@ -138,9 +144,9 @@ class Drawing:
                 self._handles[f"/places/{name}"] = self._scene.add_label(
                     f"/places/{name}",
                     name,
-                    position=(at[0], at[1], 0.05),
-                    anchor="center-center",
-                    font_screen_scale=0.8,
+                    position=(at[0], at[1] - _BELOW_M, 0.05),
+                    anchor="top-center",
+                    font_screen_scale=0.75,
                 )
             else:
                 self._remove(f"/places/{name}")
@@ -244,11 +250,11 @@ class Drawing:
         if not len(points):
             self._remove("waypoints")
             return
-        dots = points[:, None] + np.array([[-0.045, 0.0], [0.045, 0.0]])
-        colours = np.full((len(points), 3), BLUE, dtype=np.uint8)
-        colours[: index + 1] = (170, 190, 215)
-        colours[index + 1 : index + 4] = RED  # those looked at
-        self._segments("waypoints", dots, colours, 7.0)
+        left = points[index:]
+        dots = left[:, None] + np.array([[-0.03, 0.0], [0.03, 0.0]])
+        colours = np.full((len(left), 3), BLUE, dtype=np.uint8)
+        colours[1:4] = RED  # those looked at
+        self._segments("waypoints", dots, colours, 5.5)
 
     def _draw_trail(self, trail: Floats, modes: tuple[str, ...]) -> None:
         if len(trail) < 2:
@@ -328,7 +334,7 @@ class Drawing:
         points = _lifted(segments.reshape(-1, 2), _Z[name] if z is None else z).reshape(-1, 2, 3)
         colours = np.asarray(colours, dtype=np.uint8)
         if colours.ndim == 2:
-            colours = np.repeat(colours[:, None], 2, axis=1)
+            colours = np.repeat(shapes.in_linear_light(colours)[:, None], 2, axis=1)
         self._handles[name] = self._scene.add_line_segments(
             f"/{name}" if not name.startswith("/") else name,
             points,

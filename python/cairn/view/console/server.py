@@ -65,8 +65,10 @@ class Console:
     ) -> None:
         server_class = _quiet_server()
         self._source = source
+        others = set(threading.enumerate())
         with _silence():
             self._server = server_class(host=_hidden_address(), port=0, label=title, verbose=False)
+        self._threads = set(threading.enumerate()) - others
         try:
             behind = (self._server.get_host(), self._server.get_port())
             self._gate = Gate(behind, host=host, port=port)
@@ -118,6 +120,9 @@ class Console:
     def _stop_server(self) -> None:
         with _silence():
             self._server.stop()
+            # Its thread says goodbye on the terminal, sometimes after `stop` has returned.
+            for thread in set(threading.enumerate()) & self._threads:
+                thread.join(timeout=2.0)
 
     # ---- the view's thread -----------------------------------------------------------------------
 

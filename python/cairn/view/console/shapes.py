@@ -46,9 +46,10 @@ _ARC_TURN = math.pi
 _PIXELS_AT_LEAST = (
     900  # along an image's longer side: cells keep sharp edges when looked at closely
 )
-_FIELD_CELLS = 400  # along a field's longer side at most
-_LEVELS = 24
-_ARROWS = 34  # along a field's longer side
+_FIELD_CELLS = 220  # along a field's longer side at most
+_LEVELS = 40
+_QUANTILE = 0.9
+_ARROWS = 36  # along a field's longer side
 NEAR_M = (0.5, 1.5)  # free arcs up to these are drawn as near and as middling
 
 
@@ -124,7 +125,8 @@ def contours(costs: Grid) -> tuple[Floats, Floats]:
     finite = np.isfinite(values)
     if not finite.any() or min(values.shape) < 2:
         return np.empty((0, 2, 2)), np.empty(0)
-    top = float(values[finite].max())
+    # Pockets beside walls cost far more than all the rest: they get no levels of their own.
+    top = float(np.quantile(values[finite], _QUANTILE))
     if top <= 0:
         return np.empty((0, 2, 2)), np.empty(0)
     step = _round_step(top / _LEVELS)
@@ -132,7 +134,7 @@ def contours(costs: Grid) -> tuple[Floats, Floats]:
         x, y, np.ma.masked_invalid(values), line_type=contourpy.LineType.Separate
     )
     pieces, shares = [], []
-    for level in np.arange(step, top, step):
+    for level in np.arange(step, 1.15 * top, step):
         for line in lines.lines(float(level)):
             points = placed(np.asarray(line, float), costs.origin)
             segments = np.stack([points[:-1], points[1:]], axis=1)
@@ -145,22 +147,32 @@ def contours(costs: Grid) -> tuple[Floats, Floats]:
 
 def arrows(costs: Grid) -> tuple[Floats, Floats]:
     """Ways down the cost-to-go: segments (n, 2, 2) from tail to head, and share of the cost."""
-    x, y, values = _thinned(costs, _ARROWS * 3)
+    x, y, values = _thinned(costs, _FIELD_CELLS)
     finite = np.isfinite(values)
     if finite.sum() < 4 or min(values.shape) < 3:
         return np.empty((0, 2, 2)), np.empty(0)
     filled = np.where(finite, values, np.nan)
     down_y, down_x = (-each for each in np.gradient(filled, y, x))
     length = np.hypot(down_x, down_y)
+    every = max(1, round(max(values.shape) / _ARROWS))
     pick = np.zeros_like(finite)
-    pick[1::3, 1::3] = True
+    pick[every // 2 :: every, every // 2 :: every] = True
     good = pick & np.isfinite(length) & (length > 1e-6)
     rows, cols = np.nonzero(good)
     way = np.column_stack([down_x[good], down_y[good]]) / length[good][:, None]
-    reach = 0.42 * 3 * float(x[1] - x[0])
+    reach = 0.36 * every * float(x[1] - x[0])
     middle = np.column_stack([x[cols], y[rows]])
     ends = np.stack([middle - way * reach, middle + way * reach], axis=1)
-    return placed(ends, costs.origin), values[good] / max(float(values[finite].max()), 1e-9)
+    return placed(ends, costs.origin), values[good] / max(
+        float(np.quantile(values[finite], _QUANTILE)), 1e-9
+    )
+
+
+def in_linear_light(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Colours of points as a shader wants them that takes them for linear light."""
+    share = colours.astype(float) / 255
+    linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return np.round(255 * linear).astype(np.uint8)
 
 
 def _round_step(step: float) -> float:

@@ -201,7 +201,7 @@ def _severity(name: str) -> tuple[int, str]:
 
 
 def _rules(rules: dict[str, float], output: str) -> str:
-    mine = [(rule, s) for rule, s in rules.items() if f" then {output} " in rule and s > 0.001]
+    mine = [(rule, s) for rule, s in rules.items() if f" then {output} " in rule and s > 0.005]
     mine.sort(key=lambda pair: -pair[1])
     rows = [_rule(rule, strength) for rule, strength in mine[:RULES_SHOWN]]
     more = len(mine) - RULES_SHOWN
@@ -258,9 +258,10 @@ def _avoidance(avoidance: dict[str, Any]) -> str:
         _heading("Chosen", kind),
         _line("within reach", reach),
         _line("goal", goal + _metres(avoidance["goal_distance_m"])),
-        _heading("Free arc by curvature", f"{len(intervals)} intervals, right to left turn"),
-        _bars(intervals),
     ]  # fmt: skip
+    if intervals:
+        parts.append(_heading("Free arc by curvature", f"{len(intervals)} intervals"))
+        parts.append(_bars(intervals))
     scored = [c for c in avoidance["candidates"] if c.get("total") is not None]
     open_ones = [c for c in scored if c["refused"] is None]
     best = sorted(open_ones or scored, key=lambda c: -c["total"])[:_CANDIDATES]
