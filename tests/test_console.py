@@ -190,16 +190,13 @@ def test_without_viser_the_extra_is_named(source, monkeypatch):
         Console(source, port=0)
 
 
-@pytest.mark.parametrize(
-    ("name", "changes"),
-    [("two_robots", {}), ("explore", {}), ("lost", {}), ("crate", {"profile": "jackal"})],
-)
-def test_every_kind_of_mission_can_be_shown(name, changes):
-    scenario = Scenario.load(name).model_copy(update={"robot": "kinematic", **changes})
+@pytest.mark.parametrize("name", ["two_robots", "explore", "lost"])
+def test_every_kind_of_mission_can_be_shown(name):
+    scenario = Scenario.load(name).model_copy(update={"robot": "kinematic"})
     live = Live(scenario, speed=math.inf, paused=True)
     with a_console(live, interactive=False) as page, a_browser(page):
         live.start()
-        for ticks in (1, 30, 60):
+        for ticks in (1, 30):
             live.do(ask.Step(ticks))
             waiting(lambda ticks=ticks: live.newer(0, 10.0).time_s >= ticks / 10)
             drawn = live.snapshot().number

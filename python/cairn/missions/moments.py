@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cairn.errors import WorldShapeInvalid
 from cairn.missions.runner import Follower, Loop
 from cairn.missions.setting import way_left_m
 from cairn.view.console.snapshot import (
@@ -163,7 +164,7 @@ class Moments:
         known = self._grids.get(name)
         if known is not None and not self._is_time(f"map {name}", MAP_EVERY_S):
             return known
-        world = follower.agent.navigator.map()
+        world = _map_of(follower.agent)
         same = (
             known is not None
             and known.origin == tuple(world.origin)
@@ -202,6 +203,17 @@ class Moments:
             return False
         self._looked[what] = now
         return True
+
+
+def _map_of(agent: Any) -> World:
+    """The map as a navigator has it; what it was given, as long as that has no cell."""
+    try:
+        return agent.navigator.map()
+    except WorldShapeInvalid:
+        if agent.navigator.world is not None:
+            return agent.navigator.world
+        x, y, _ = agent.robot.truth
+        return World(np.full((1, 1), 2, np.uint8), resolution_m=0.05, origin=(x, y, 0.0))
 
 
 def _pose(pose: Any) -> tuple[float, float, float]:
