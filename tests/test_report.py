@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from cairn import errors
 from cairn.cli import app
 from cairn.missions import Scenario, retelling, run
+from cairn.record import Recorder, open_run, write_summary
 from cairn.view import animation
 from cairn.view.report import bench, heat, svg, write_bench, write_run
 from cairn.view.report import run as run_page
@@ -53,10 +54,13 @@ NAV = {
 
 
 @pytest.fixture(scope="module")
-def told():
-    listener = retelling.Listener()
-    result = run(Scenario.model_validate(ROOM), observers=[listener])
-    return result, listener.ticks, retelling.of_result(result, listener.ticks)
+def told(tmp_path_factory):
+    """A recorded run: (result, ticks, story)."""
+    folder = tmp_path_factory.mktemp("told")
+    with Recorder(folder) as recorder:
+        result = run(Scenario.model_validate(ROOM), observers=[recorder])
+    write_summary(result.to_dict(), folder)
+    return result, list(open_run(folder).ticks()), retelling.of_record(folder)
 
 
 @pytest.fixture(scope="module")
@@ -160,6 +164,16 @@ def test_numbers_of_a_cause_are_told_with_their_units():
     assert run_page._detail(told | {"at": {"x": 1.0, "y": -2.0}}) == (
         "ahead 1.23 m, detour none, at (1.00, -2.00) m"
     )
+
+
+def test_a_story_has_every_plan_and_every_echo_of_the_log(told):
+    result, ticks, story = told
+    robot = story.robots[0]
+    assert robot.echoes_m.shape == (len(ticks), len(story.sonars)) == (len(ticks), 16)
+    assert np.isfinite(robot.echoes_m).any()
+    walked = [points for _, points in robot.plans if len(points)]
+    for plan in result.robots[0].trace.plans:
+        assert any(np.array_equal(points, plan) for points in walked)
 
 
 def test_a_story_needs_a_tick():

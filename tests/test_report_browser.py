@@ -7,6 +7,7 @@ import pytest
 
 import chromium
 from cairn.missions import Scenario, retelling, run
+from cairn.record import Recorder
 from cairn.view.report import write_run
 
 pytestmark = pytest.mark.skipif(
@@ -26,10 +27,11 @@ SLIDER = "+document.querySelector('.player input').value"
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
-    listener = retelling.Listener()
-    result = run(Scenario.model_validate(ROOM), observers=[listener])
-    story = retelling.of_result(result, listener.ticks)
-    path = write_run(story, tmp_path_factory.mktemp("page") / "report.html")
+    folder = tmp_path_factory.mktemp("page")
+    with Recorder(folder) as recorder:
+        run(Scenario.model_validate(ROOM), observers=[recorder])
+    story = retelling.of_record(folder)
+    path = write_run(story, folder / "report.html")
     text = path.read_text(encoding="utf-8")  # errors of scripts are kept for the tests to read
     catch = "<head><script>wrong = []; onerror = (...e) => wrong.push(String(e))</script>"
     path.write_text(text.replace("<head>", catch, 1), encoding="utf-8")

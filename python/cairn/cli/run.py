@@ -19,7 +19,6 @@ from cairn.cli.root import app, complain, complaints, console, ready
 from cairn.errors import CairnError
 from cairn.missions import Change, Result, Scenario, coverage, run, run_many, shipped
 from cairn.missions.result import EXIT_CONTACT, EXIT_NOT_REACHED, EXIT_OK, EXIT_USAGE
-from cairn.missions.retelling import Listener, of_result
 from cairn.record import Recorder, write_summary
 
 VERDICT = {
@@ -86,10 +85,8 @@ def run_command(
         raise typer.Exit(_table([scenario], seeds, as_json))
     mission = Scenario.load(scenario)
     folder = ready(record or Path("runs") / mission.name)
-    telling = report if report is not None else record is not None
-    listener = Listener() if telling or animate is not None else None
     recorder = Recorder(folder)
-    observers: list[Any] = [recorder] if listener is None else [recorder, listener]
+    observers: list[Any] = [recorder]
     if live:
         (result,) = watch(
             mission, seed=seed, observers=lambda _: observers, speed=speed, paused=False,
@@ -103,21 +100,32 @@ def run_command(
 
         with busy("drawing"):
             written.append(draw_run(result, folder / "picture.png"))
-    if listener is not None:
-        story = of_result(result, listener.ticks)
-        if telling:
-            from cairn.view.report import write_run
-
-            with busy("writing the report"):
-                written.append(write_run(story, folder / "report.html"))
-        if animate is not None:
-            written.append(animated(story, animate))
+    telling = report if report is not None else record is not None
+    if telling or animate is not None:
+        written += _retold(folder, mission.folder, telling, animate)
     if as_json:
         sys.stdout.write(json.dumps(result.to_dict(), indent=2, allow_nan=False) + "\n")
     else:
         _print_result(result)
         console.print("[dim]" + "  ".join(str(path) for path in written) + "[/]")
     raise typer.Exit(result.exit_code)
+
+
+def _retold(
+    folder: Path, maps_from: Path | None, report: bool, animation: Path | None
+) -> list[Path]:
+    """Write the report and the animation of a run that has just been recorded."""
+    from cairn.missions.retelling import of_record
+    from cairn.view.report import write_run
+
+    written = []
+    with busy("writing the report"):
+        story = of_record(folder, maps_from=maps_from)
+        if report:
+            written.append(write_run(story, folder / "report.html"))
+    if animation is not None:
+        written.append(animated(story, animation))
+    return written
 
 
 def _run(mission: Scenario, seed: int | None, observers: list[Any]) -> Result:

@@ -1,94 +1,19 @@
-"""A run told again for pictures and reports: from its result, or from the folder it left."""
+"""A recorded run told again as plain data, for reports and animations."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import deque
 from pathlib import Path
 from typing import Any
 
 import cairn
 from cairn import errors
-from cairn.missions.result import Result
-from cairn.missions.runner import Tick
 from cairn.missions.setting import load_map
-from cairn.record import open_run
+from cairn.record import Run, open_run
 from cairn.view.story import Story, tell
 from cairn.world import World
 
 LOG = "run.mcap"
-
-
-class Listener:
-    """An observer of `cairn.missions.run` that keeps every tick as plain data."""
-
-    def __init__(self) -> None:
-        """Begin with nothing heard."""
-        self.ticks: list[dict[str, Any]] = []
-
-    def __call__(self, tick: Tick) -> None:
-        """Keep one robot's tick."""
-        self.ticks.append(
-            {
-                "time_s": tick.time_s,
-                "robot": tick.robot,
-                "truth": list(tick.truth),
-                "clearance_m": tick.clearance_m,
-                "decision": tick.decision.to_dict(),
-            }
-        )
-
-
-def of_result(result: Result, ticks: Iterable[dict[str, Any]]) -> Story:
-    """Tell a run that has just ended, from its result and what a `Listener` heard."""
-    heard = list(ticks)
-    plans = {}
-    for robot in result.robots:
-        times = [
-            tick["time_s"]
-            for tick in heard
-            if tick["robot"] == robot.name and tick["decision"].get("plan")
-        ]
-        times += [0.0] * max(len(robot.trace.plans) - len(times), 0)
-        plans[robot.name] = list(zip(times, robot.trace.plans, strict=False))
-    summary = result.to_dict()
-    return tell(
-        summary,
-        summary["scenario"],
-        heard,
-        known=result.map,
-        world=result.world,
-        plans=plans,
-        **_body(summary["scenario"], result.scenario.folder),
-    )
-
-
-def _body(scenario: dict[str, Any], folder: Path | None) -> dict[str, Any]:
-    """Outline and limits of the scenario's robot; those of the P3-AT if it is not to be had."""
-    name = scenario.get("profile", "p3at")
-    path = (folder or Path.cwd()) / name
-    try:
-        profile = cairn.Profile.load(path if path.is_file() else name)
-    except errors.CairnError:
-        profile = cairn.Profile.load("p3at")
-    box, limits = profile.footprint, profile.limits
-    return {
-        "outline_m": (box.length_m, box.width_m),
-        "limits": (limits.linear_mps, limits.angular_radps),
-        "sonars": [
-            (one.pose.x, one.pose.y, one.pose.heading, one.beam_rad) for one in profile.sonars
-        ],
-    }
-
-
-def _real_world(scenario: dict[str, Any], known: World | None) -> World | None:
-    """What really stands there, as far as its file is still to be had."""
-    real = scenario.get("world")
-    if not real:
-        return known
-    try:
-        return load_map(real["map"], None)
-    except (errors.CairnError, OSError):
-        return None
 
 
 def is_run(path: Path) -> bool:
@@ -98,31 +23,74 @@ def is_run(path: Path) -> bool:
     return named and (folder / LOG).is_file()
 
 
-def of_record(path: Path) -> Story:
+def of_record(path: Path, *, maps_from: Path | None = None) -> Story:
     """Tell a recorded run, cut off or not, from its folder or log.
 
+    Args:
+        path: the folder of the run, or a file in it.
+        maps_from: the folder of the scenario's file, where its maps may lie.
+
     Raises:
-        NothingToReport: there is no log of a run there, or not one tick in it.
+        LogUnreadable: there is no log of a run there.
+        NothingToReport: there is not one tick in it.
     """
-    folder = path if path.is_dir() else path.parent
-    if not is_run(path):
-        raise errors.NothingToReport(
-            f"{path}: no recorded run; `cairn run NAME --record {folder}` makes one",
-            path=str(path),
-            reason="no recorded run",
-        )
-    made = open_run(folder)
-    scenario, known = made.scenario, made.map()
+    run = open_run(path if path.is_dir() else path.parent)
+    known = run.map()
     try:
         return tell(
-            made.summary,
-            scenario,
-            made.ticks(),
+            run.summary,
+            run.scenario,
+            run.ticks(),
             known=known,
-            world=_real_world(scenario, known),
-            **_body(scenario, None),
+            world=_really_there(run, known, maps_from),
+            plans={robot: list(run.paths(robot)) for robot in run.robots},
+            echoes=_echoes(run),
+            **_body(run),
         )
     except ValueError as error:
         raise errors.NothingToReport(
             f"{path}: {error}", path=str(path), reason=str(error)
         ) from error
+
+
+def _really_there(run: Run, known: World | None, maps_from: Path | None) -> World | None:
+    """What stands there, boxes apart: the given map, the scenario's world, else what was seen."""
+    real = run.scenario.get("world")
+    if real is None:
+        return known
+    try:
+        return load_map(real["map"], maps_from)
+    except (errors.CairnError, OSError):  # its file is not to be had any more
+        return seen(run)
+
+
+def seen(run: Run) -> World | None:
+    """The map as the first robot knew it last; None where it kept none."""
+    grids = deque(run.grids(), maxlen=1)
+    if not grids:
+        return None
+    _, occupancy, resolution_m, origin = grids[0]
+    return World(occupancy, resolution_m=resolution_m, origin=origin, name="map as seen")
+
+
+def _echoes(run: Run) -> dict[str, dict[int, list[float]]]:
+    """What every robot's sonars measured, by the number of the tick."""
+    return {
+        robot: {
+            line["tick"]: line["ranges_m"] for line in run.inputs(robot) if line["call"] == "step"
+        }
+        for robot in run.robots
+    }
+
+
+def _body(run: Run) -> dict[str, Any]:
+    """Outline, limits and sonars of the first robot: all of a run have one profile."""
+    profile = cairn.Profile(run.made_of[run.robots[0]]["profile"])
+    box, limits = profile.footprint, profile.limits
+    return {
+        "outline_m": (box.length_m, box.width_m),
+        "limits": (limits.linear_mps, limits.angular_radps),
+        "sonars": [
+            (one.pose.x, one.pose.y, one.pose.heading, one.beam_rad) for one in profile.sonars
+        ],
+    }

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cairn import _brain, errors
-from cairn.record.cdr import occupancy_grid
+from cairn.record.cdr import occupancy_grid, path_points
 from cairn.world import World
 
 Grid = tuple[float, NDArray[np.uint8], float, tuple[float, float, float]]
@@ -124,6 +124,16 @@ class Run:
         for _, time_ns, data in _brain.LogReader(self.path, {topic}):
             if time_ns is not None:
                 yield (time_ns / 1e9, *occupancy_grid(data))
+
+    def paths(self, robot: str | None = None) -> Iterator[tuple[float, NDArray[np.float64]]]:
+        """Yield `(time_s, points)` whenever the way to go changed; points (n, 2) [m, world frame].
+
+        By default the first robot's.
+        """
+        topic = f"/{topic_name(self._known(robot or self.robots[0]))}/path"
+        for _, time_ns, data in _brain.LogReader(self.path, {topic}):
+            if time_ns is not None:
+                yield time_ns / 1e9, path_points(data)
 
     def map(self, robot: str | None = None) -> World | None:
         """Return the map a robot was given, by default the first; None where it had none."""
