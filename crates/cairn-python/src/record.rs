@@ -66,6 +66,9 @@ impl Recorder {
     }
 }
 
+/// Topic or name, time \[ns\] of a message, bytes.
+type Entered<'py> = (String, Option<u64>, Bound<'py, PyBytes>);
+
 /// What is in a log, in order: (topic, time [ns], bytes), and (name, None, bytes) for a file beside
 /// the messages.
 #[pyclass(module = "cairn._brain")]
@@ -98,7 +101,7 @@ impl LogReader {
         this
     }
 
-    fn __next__<'py>(&self, py: Python<'py>) -> PyResult<Option<(String, Option<u64>, Bound<'py, PyBytes>)>> {
+    fn __next__<'py>(&self, py: Python<'py>) -> PyResult<Option<Entered<'py>>> {
         let entry = py.detach(|| self.log().next_entry()).map_err(|e| to_python(&e))?;
         Ok(entry.map(|entry| match entry {
             Entry::Message { topic, time_ns, data } => (topic, Some(time_ns), PyBytes::new(py, &data)),

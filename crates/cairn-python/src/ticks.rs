@@ -16,8 +16,11 @@ use crate::navigate::Navigator;
 /// Parts of a tick, as [`cairn::navigate::TickPart`], then what recording it took.
 const COLUMNS: usize = 7;
 
-/// What a tick did: the command, and 1 where it made a plan.
+/// Times, and what the ticks did, row by row.
 type Done = (Vec<f64>, Vec<f64>);
+
+/// One row per tick.
+type Table<'py> = Bound<'py, PyArray2<f64>>;
 
 /// Drives a navigator with recorded inputs and times every part of every tick on this thread.
 ///
@@ -38,7 +41,7 @@ pub fn time_ticks<'py>(
     poses: PyReadonlyArray2<'py, f64>,
     goals: Vec<(usize, f64, f64)>,
     record: Option<PathBuf>,
-) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+) -> PyResult<(Table<'py>, Table<'py>)> {
     let (ranges, wheels, poses) = (ranges.as_array(), wheels.as_array(), poses.as_array());
     let (gyro, dt_s) = (gyro.as_array(), dt_s.as_array());
     let ticks = ranges.nrows();
