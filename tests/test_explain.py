@@ -177,7 +177,7 @@ def test_a_story_has_every_change_of_mode_and_how_it_ended(runs):
     told = [(each.time_s, each.mode) for each in story.moments if each.kind == "mode"]
     changes = made.summary["robots"][0]["transitions"]
     assert set(told[1:]) >= {(each["time_s"], each["to"]) for each in changes[:3]}
-    assert any("By truth" in line for line in story.ending)
+    assert any("The judge" in line for line in story.ending)
 
 
 def test_explain_prints_the_story_and_the_tick(command, runs):

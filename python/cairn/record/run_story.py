@@ -127,9 +127,9 @@ def _ending(run: Run, story: RobotStory, last: dict[str, Any]) -> list[str]:
     judged = next((each for each in summary["robots"] if each["name"] == story.robot), None)
     if judged is None:
         return told
-    told += [f"By truth: {_capital(goal['sentence'])}." for goal in judged["goals"]]
+    told += [f"The judge: {goal['sentence'].rstrip('.')}." for goal in judged["goals"]]
     told += [
-        f"By truth: touched {contact['name']} at {contact['time_s']:.1f} s."
+        f"The judge: touched {contact['name']} at {contact['time_s']:.1f} s."
         for contact in judged["contacts"]
     ]
     return told
@@ -139,7 +139,3 @@ def _bare(sentence: str) -> str:
     """A navigator's sentence without the mode that it begins with."""
     _, colon, why = sentence.partition(": ")
     return (why if colon else sentence).rstrip(".")
-
-
-def _capital(text: str) -> str:
-    return text.rstrip(".")
