@@ -48,7 +48,8 @@ pub struct NavigatorConfig {
     pub settle_radps: f64,
     /// but at most this long \[s\].
     pub settle_most_s: f64,
-    /// How the field is walked.
+    /// How the field is walked; octile, whatever this says, where no map is given: what sonars have found so
+    /// far is not sure enough to pass corners closely by.
     pub path_shape: PathShape,
     /// From a path to waypoints: close together is precise and slow, far apart is fast. The corridor is
     /// for octile paths; any-angle ones are straight where that costs nothing.

@@ -2,7 +2,7 @@
 
 use super::act::braking;
 use super::backing::Backing;
-use super::config::NavigatorConfig;
+use super::config::{NavigatorConfig, PathShape};
 use super::error::NavigateError;
 use super::keeping::Keeper;
 use super::lidar::LidarSense;
@@ -132,6 +132,8 @@ impl Navigator {
         if let Some((key, value)) = config.bad_length() {
             return Err(NavigateError::NavigatorSettingInvalid { key: key.to_owned(), value });
         }
+        let path_shape = if world.is_some() { config.path_shape } else { PathShape::Octile };
+        let config = NavigatorConfig { path_shape, ..config };
         let map = match world {
             Some(prior) => OccupancyMap::from_occupancy(&config.mapping, prior)?,
             None => OccupancyMap::new(&config.unmapped(), config.resolution_m)?,
