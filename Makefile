@@ -22,16 +22,9 @@ test-rust:
 test-python: setup
 	$(PY) -m pytest
 
-# The console in a real browser. `make test` does the same wherever a Chromium is installed; this
-# brings one from npm (needs node) into .browser.
-CHROMIUM := @sparticuz/chromium@153.0.0
+# The console in a real browser, all of it: needs a Chromium on the path (Debian: chromium).
 test-browser: setup
-	@mkdir -p .browser
-	@npm install --prefix .browser --no-save --no-audit --no-fund --loglevel=error $(CHROMIUM)
-	@cp tests/unpack_chromium.mjs .browser/unpack.mjs
-	cd .browser && TMPDIR=$(CURDIR)/.browser AWS_LAMBDA_JS_RUNTIME=nodejs22.x node unpack.mjs
-	CAIRN_CHROMIUM=$(CURDIR)/.browser/chromium LD_LIBRARY_PATH=$(CURDIR)/.browser/al2023/lib \
-		$(PY) -m pytest -m "slow or not slow" tests/test_console_browser.py tests/test_report_browser.py
+	$(PY) -m pytest -m "slow or not slow" tests/test_console_browser.py
 
 # Minutes: every shipped scenario with ten seeds, and the table of how each went.
 test-slow: setup

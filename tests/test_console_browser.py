@@ -15,7 +15,7 @@ from cairn.view.console.server import Console
 
 pytestmark = pytest.mark.skipif(
     chromium.installed() is None,
-    reason="no Chromium: `make test-browser` brings one, or install Debian's `chromium`",
+    reason="no Chromium: install Debian's `chromium`, or name one by CAIRN_CHROMIUM",
 )
 # The room is 8 by 6 metres; its middle is (4, 3), and so is the screen's.
 ROOM = with_nothing_to_do(Scenario.load("quick"))
