@@ -147,6 +147,7 @@ def test_held_by_something_unseen_it_backs_off_and_goes_round_what_it_felt():
     ahead = felt.cell_of((at.x + P3AT.footprint.length_m / 2 + 0.05, at.y))
     assert felt.occupancy[ahead] == 1
     assert drive.until(ended).goal_status == "reached"
+    assert drive.nav.plan_count == 1
     assert drive.robot.contacts == []
 
 

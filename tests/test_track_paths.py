@@ -32,7 +32,8 @@ def circle(radius_m):
 def driven(reference, poses, tick_s=0.1, twists=None):
     poses = np.asarray(poses, float)
     twists = np.zeros((len(poses), 2)) if twists is None else np.asarray(twists, float)
-    return Drive(reference, np.arange(len(poses)) * tick_s, poses, twists, twists)
+    times_s = np.asarray(np.arange(len(poses)) * tick_s, np.float64)
+    return Drive(reference, times_s, poses, twists, twists)
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +65,12 @@ def test_square_corners_are_passed_within_four_centimetres(compared):
     assert compared["squares"]["ours"]["max_m"] <= 0.04
 
 
-@pytest.mark.parametrize("name", ["sine", "step", "ramp"])
+SLOW_CORNERS = pytest.mark.xfail(strict=True, reason="it takes 1.17 of the time: it all but stops")
+
+
+@pytest.mark.parametrize(
+    "name", ["sine", "step", "ramp", pytest.param("squares", marks=SLOW_CORNERS)]
+)
 def test_the_fuzzy_tracker_beats_the_best_pursuit_in_at_most_1_15_of_its_time(compared, name):
     told = compared[name]
     assert told["ours"]["rms_m"] < told["best_baseline"]["rms_m"]
@@ -109,7 +115,7 @@ def test_paths_exchanged_while_driving_are_taken_up_without_a_jump():
 )
 def test_the_path_is_kept_to_on_slippery_floors_on_carpet_and_when_late(under, most_m):
     for name in ("sine", "squares"):
-        run = track.drive_ours(track_paths.PATHS[name](), conditions=track.CONDITIONS[under][1])
+        run = track.drive_ours(track_paths.PATHS[name](), track.Setting(under=under))
         told = measures(run)
         assert told["reached"]
         assert told["arrival_error_m"] <= 0.06
@@ -117,16 +123,15 @@ def test_the_path_is_kept_to_on_slippery_floors_on_carpet_and_when_late(under, m
 
 
 def test_noise_on_the_pose_is_not_made_worse_than_it_is():
-    run = track.drive_ours(track_paths.sine(), conditions=track.CONDITIONS["noise"][1], seed=3)
+    run = track.drive_ours(track_paths.sine(), track.Setting(under="noise", seed=3))
     told = measures(run)
     assert told["reached"]
     assert told["rms_late_m"] <= 0.02
 
 
 def test_a_drive_follows_from_its_seed():
-    noisy = track.CONDITIONS["noise"][1]
     one, same, other = (
-        track.drive_ours(LINE, conditions=noisy, seed=seed).poses for seed in (1, 1, 2)
+        track.drive_ours(LINE, track.Setting(under="noise", seed=seed)).poses for seed in (1, 1, 2)
     )
     assert np.array_equal(one, same)
     assert not np.array_equal(one, other)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ import cairn
 from cairn.experiments.track_drive import (
     Conditions,
     Drive,
+    Follower,
     FuzzyFollower,
     drive,
     measures,
@@ -29,85 +30,6 @@ from cairn.tracking import deviations
 LOOKAHEADS_M = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 MOST_TIME_RATIO = 1.15
 BASELINES = {"pure pursuit": PurePursuit, "regulated pure pursuit": regulated}
-
-
-def drive_ours(
-    reference: Reference,
-    *,
-    controller: str = "p3at",
-    spacing_m: float = 0.2,
-    cruise_mps: float = 0.5,
-    robot: str = "kinematic",
-    profile: Profile | None = None,
-    conditions: Conditions | None = None,
-    seed: int = 1,
-) -> Drive:
-    """Drive a path with the fuzzy tracker."""
-    conditions = conditions or Conditions()
-    profile = profile or Profile.load("p3at")
-    told_s = (
-        conditions.latency_s if conditions.told_latency_s is None else conditions.told_latency_s
-    )
-    tracker = cairn.Tracker(controller, profile_with(profile, told_s), cruise_mps=cruise_mps)
-    tracker.follow(reference.path, spacing_m=spacing_m)
-    body = robot_at(robot, profile, reference.start, conditions)
-    return drive(FuzzyFollower(tracker), body, reference, conditions, seed=seed)
-
-
-def drive_baseline(
-    kind: str,
-    lookahead_m: float,
-    reference: Reference,
-    *,
-    cruise_mps: float = 0.5,
-    robot: str = "kinematic",
-    profile: Profile | None = None,
-    conditions: Conditions | None = None,
-    seed: int = 1,
-) -> Drive:
-    """Drive a path with one of `BASELINES`."""
-    conditions = conditions or Conditions()
-    profile = profile or Profile.load("p3at")
-    follower = BASELINES[kind](reference.path, lookahead_m, cruise_mps, profile.limits)
-    body = robot_at(robot, profile, reference.start, conditions)
-    return drive(follower, body, reference, conditions, seed=seed)
-
-
-def sweep_baselines(
-    reference: Reference,
-    cruise_mps: float,
-    robot: str,
-    profile: Profile | None = None,
-    conditions: Conditions | None = None,
-    seed: int = 1,
-    advance: Callable[[str], None] = lambda what: None,
-) -> list[dict[str, Any]]:
-    """Every baseline with every look-ahead: `kind`, `lookahead_m`, `measures`, `drive`."""
-    swept = []
-    for kind in BASELINES:
-        for lookahead_m in LOOKAHEADS_M:
-            advance(f"{kind} {lookahead_m} m")
-            run = drive_baseline(
-                kind, lookahead_m, reference, cruise_mps=cruise_mps, robot=robot, profile=profile,
-                conditions=conditions, seed=seed,
-            )  # fmt: skip
-            swept.append(
-                {"kind": kind, "lookahead_m": lookahead_m, "measures": measures(run), "drive": run}
-            )
-    return swept
-
-
-def best_of(swept: list[dict[str, Any]]) -> dict[str, Any]:
-    """The one of least RMS error among those that reached the goal (or among all)."""
-    reached = [entry for entry in swept if entry["measures"]["reached"]] or swept
-    return min(reached, key=lambda entry: entry["measures"]["rms_m"] or math.inf)
-
-
-def best_baseline(
-    reference: Reference, cruise_mps: float, robot: str, profile: Profile | None = None
-) -> dict[str, Any]:
-    """The best of all baselines on a path, undisturbed."""
-    return best_of(sweep_baselines(reference, cruise_mps, robot, profile))
 
 
 CONDITIONS: dict[str, tuple[str, Conditions]] = {
@@ -144,6 +66,59 @@ class Setting:
     seed: int = 1
 
 
+AS_BELIEVED = Setting()
+
+
+def drive_ours(reference: Reference, setting: Setting = AS_BELIEVED) -> Drive:
+    """Drive a path with the fuzzy tracker."""
+    conditions = CONDITIONS[setting.under][1]
+    told_s = (
+        conditions.latency_s if conditions.told_latency_s is None else conditions.told_latency_s
+    )
+    profile = profile_with(Profile.load("p3at"), told_s)
+    tracker = cairn.Tracker(setting.controller, profile, cruise_mps=setting.cruise_mps)
+    tracker.follow(reference.path, spacing_m=setting.spacing_m)
+    return _driven(FuzzyFollower(tracker), reference, setting)
+
+
+def drive_baseline(
+    kind: str, lookahead_m: float, reference: Reference, setting: Setting = AS_BELIEVED
+) -> Drive:
+    """Drive a path with one of `BASELINES`."""
+    limits = Profile.load("p3at").limits
+    follower = BASELINES[kind](reference.path, lookahead_m, setting.cruise_mps, limits)
+    return _driven(follower, reference, setting)
+
+
+def _driven(follower: Follower, reference: Reference, setting: Setting) -> Drive:
+    conditions = CONDITIONS[setting.under][1]
+    body = robot_at(setting.robot, Profile.load("p3at"), reference.start, conditions)
+    return drive(follower, body, reference, conditions, seed=setting.seed)
+
+
+def sweep_baselines(
+    reference: Reference,
+    setting: Setting = AS_BELIEVED,
+    advance: Callable[[str], None] = lambda what: None,
+) -> list[dict[str, Any]]:
+    """Every baseline with every look-ahead: `kind`, `lookahead_m`, `measures`, `drive`."""
+    swept = []
+    for kind in BASELINES:
+        for lookahead_m in LOOKAHEADS_M:
+            advance(f"{kind} {lookahead_m} m")
+            run = drive_baseline(kind, lookahead_m, reference, setting)
+            swept.append(
+                {"kind": kind, "lookahead_m": lookahead_m, "measures": measures(run), "drive": run}
+            )
+    return swept
+
+
+def best_of(swept: list[dict[str, Any]]) -> dict[str, Any]:
+    """The one of least RMS error among those that reached the goal (or among all)."""
+    reached = [entry for entry in swept if entry["measures"]["reached"]] or swept
+    return min(reached, key=lambda entry: entry["measures"]["rms_m"] or math.inf)
+
+
 def compare(
     reference: Reference,
     setting: Setting,
@@ -156,18 +131,10 @@ def compare(
         `ahead` whether ours has the lower RMS error in at most 1.15 times its time; `ours`, `best`
         (measures and traces), `baselines` (measures of all).
     """
-    conditions = CONDITIONS[setting.under][1]
-    profile = Profile.load("p3at")
     advance("fuzzy tracker")
-    run = drive_ours(
-        reference, controller=setting.controller, spacing_m=setting.spacing_m,
-        cruise_mps=setting.cruise_mps, robot=setting.robot, profile=profile,
-        conditions=conditions, seed=setting.seed,
-    )  # fmt: skip
+    run = drive_ours(reference, setting)
     ours = measures(run)
-    swept = sweep_baselines(
-        reference, setting.cruise_mps, setting.robot, profile, conditions, setting.seed, advance
-    )
+    swept = sweep_baselines(reference, setting, advance)
     best = best_of(swept)
     rms_ratio = ours["rms_m"] / max(best["measures"]["rms_m"], 1e-6)
     time_ratio = ours["time_s"] / best["measures"]["time_s"]
@@ -226,11 +193,8 @@ def sweep(
     for cruise_mps in SPEEDS_MPS:
         for spacing_m in SPACINGS_M:
             advance(f"{cruise_mps} m/s, {spacing_m} m")
-            run = drive_ours(
-                reference, controller=setting.controller, spacing_m=spacing_m,
-                cruise_mps=cruise_mps, robot=setting.robot,
-                conditions=CONDITIONS[setting.under][1], seed=setting.seed,
-            )  # fmt: skip
+            here = replace(setting, cruise_mps=cruise_mps, spacing_m=spacing_m)
+            run = drive_ours(reference, here)
             rows.append({"cruise_mps": cruise_mps, "spacing_m": spacing_m, **measures(run)})
     by_speed = {
         str(speed): {

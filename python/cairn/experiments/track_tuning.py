@@ -125,11 +125,11 @@ def rehearsed(text: str, case: Case, profile: cairn.Profile) -> dict[str, Any]:
     return measures(Drive(case.reference, done.times_s, done.poses, done.twists, done.commands))
 
 
-def with_baseline(case: Case, profile: cairn.Profile) -> Case:
+def with_baseline(case: Case) -> Case:
     """The case with what the best of the baselines does on its path, undisturbed."""
-    from cairn.experiments.track import best_baseline
+    from cairn.experiments.track import Setting, best_of, sweep_baselines
 
-    best = best_baseline(case.reference, case.cruise_mps, "kinematic", profile)
+    best = best_of(sweep_baselines(case.reference, Setting(cruise_mps=case.cruise_mps)))
     keys = ("rms_m", "rms_late_m", "after_turn_rms_m", "time_s", "effort_v_mps", "effort_w_radps")
     return replace(case, base={key: best["measures"][key] or 0.0 for key in keys})
 
@@ -177,7 +177,7 @@ def tune(
         ) from error
     profile = profile or cairn.Profile.load("p3at")
     cases = [
-        case if case.base is not None else with_baseline(case, profile)
+        case if case.base is not None else with_baseline(case)
         for case in drawn or training_cases(seed)
     ]
     begin = start or Design()

@@ -36,7 +36,9 @@ def draw_comparison(record: dict[str, Any], path: Path) -> Path:
         axes["off"].plot(along_m, 100 * left_m, color=colour, linewidth=1.3)
         axes["speed"].plot(times, twists[:, 0], color=colour, linewidth=1.2)
         axes["turn"].plot(times, twists[:, 1], color=colour, linewidth=1.2)
-    axes["path"].legend(loc="best", frameon=False, fontsize=8.5)
+    axes["path"].legend(
+        loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False, fontsize=8.5
+    )
     _label(axes["off"], "along the path [m]", "off it, left [cm]")
     _label(axes["speed"], "", "V [m/s]")
     _label(axes["turn"], "time [s]", "ω [rad/s]")
