@@ -162,6 +162,15 @@ impl Poses {
         self.x.len()
     }
 
+    /// Some of them.
+    pub(super) fn part(&self, range: Range<usize>) -> Self {
+        Self {
+            x: self.x[range.clone()].to_vec(),
+            y: self.y[range.clone()].to_vec(),
+            heading: self.heading[range].to_vec(),
+        }
+    }
+
     pub(super) fn push(&mut self, x: f32, y: f32, heading: f32) {
         self.x.push(x);
         self.y.push(y);

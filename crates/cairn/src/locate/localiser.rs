@@ -6,13 +6,19 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::field::SurfaceField;
-use super::history::History;
+use super::history::{History, Place};
 use super::matching::{MapMatcher, MatchReport, MatchingConfig, MatchingError};
 use super::monte_carlo::{LocaliseError, MonteCarlo, MonteCarloConfig, PoseEstimate};
 use super::odometry::Odometry;
+use super::survey::{Survey, Surveyed};
 use crate::geometry::{Pose2, wrap_angle};
 use crate::robot::RobotProfile;
 use crate::world::OccupancyGrid;
+
+/// Places of a search that the next one looks at in any case.
+const KEPT: usize = 12;
+/// A pose that was searched for has proven itself after this way and turn.
+const TRIAL: f64 = 6.0;
 
 /// When a pose is believed, doubted and given up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -34,6 +40,8 @@ pub struct LocaliserConfig {
     pub lost_contradicted: f64,
     /// A pose that was searched for is believed only when the map explains this share there …
     pub found_fit: f64,
+    /// … and contradicts no more than chance would have it where this share is contradicted at a right pose …
+    pub found_contradicted: f64,
     /// … when this share of all weight is around it …
     pub found_share: f64,
     /// … when it is known this well \[m\] …
@@ -43,8 +51,10 @@ pub struct LocaliserConfig {
     /// … and when all that was measured on that way is likelier there than at any other place of the
     /// map by this difference of logarithms.
     pub found_lead: f64,
-    /// A search that has found nothing is repeated after this way and turn.
-    pub search_way: f64,
+    /// When the map explains less than this at the pose, the last readings are searched for elsewhere …
+    pub doubt_fit: f64,
+    /// … and the pose is given up where they are likelier by this than at the pose.
+    pub doubt_lead: f64,
     /// The set of poses corrects the pose when it is elsewhere by more than this \[m\] …
     pub jump_m: f64,
     /// … or this \[rad\] …
@@ -64,12 +74,14 @@ impl Default for LocaliserConfig {
             fit_s: 1.5,
             lost_fit: 0.4,
             lost_contradicted: 0.08,
-            found_fit: 0.65,
+            found_fit: 0.55,
+            found_contradicted: 0.01,
             found_share: 0.9,
             found_sigma_m: 0.25,
             found_way: 2.0,
-            found_lead: 4.0,
-            search_way: 8.0,
+            found_lead: 8.0,
+            doubt_fit: 0.6,
+            doubt_lead: 14.0,
             jump_m: 0.1,
             jump_rad: 0.06,
             jump_fit: 0.1,
@@ -87,11 +99,13 @@ impl LocaliserConfig {
             ("lost_fit", self.lost_fit, 0.0, 1.0),
             ("lost_contradicted", self.lost_contradicted, 0.0, 1.0),
             ("found_fit", self.found_fit, 0.0, 1.0),
+            ("found_contradicted", self.found_contradicted, 0.0, 1.0),
             ("found_share", self.found_share, 0.0, 1.0),
             ("found_sigma_m", self.found_sigma_m, 0.0, 100.0),
             ("found_way", self.found_way, 0.0, 1e3),
             ("found_lead", self.found_lead, 0.0, 1e6),
-            ("search_way", self.search_way, 0.1, 1e3),
+            ("doubt_fit", self.doubt_fit, 0.0, 1.0),
+            ("doubt_lead", self.doubt_lead, 0.0, 1e6),
             ("jump_m", self.jump_m, 0.0, 100.0),
             ("jump_rad", self.jump_rad, 0.0, 10.0),
             ("jump_fit", self.jump_fit, 0.0, 1.0),
@@ -185,10 +199,21 @@ pub struct Localiser {
     candidate_fit: Fit,
     /// Pose after the last tick.
     last: Option<Pose2>,
-    /// Metres and radians since the last search.
+    /// Metres and radians since the pose was believed, doubted or given up.
     way: f64,
-    /// What was measured since.
+    /// What was measured on that way.
     history: History,
+    /// A search of the whole map under way, and the readings kept since it began.
+    survey: Option<Survey>,
+    news: usize,
+    /// Places that were best in the last search, best first, where the robot would be by now.
+    best: Vec<Pose2>,
+    /// The first of them was the best by far in so many searches one after another.
+    wins: u32,
+    /// The map explains too little at the pose.
+    doubts: bool,
+    /// The pose was searched for, and has yet to prove itself.
+    on_trial: bool,
     lead: Option<f64>,
     /// There was a pose before this search.
     had_pose: bool,
@@ -231,6 +256,12 @@ impl Localiser {
             last: None,
             way: 0.0,
             history: History::default(),
+            survey: None,
+            news: 0,
+            best: Vec::new(),
+            wins: 0,
+            doubts: false,
+            on_trial: false,
             lead: None,
             had_pose: false,
             begun: false,
@@ -282,14 +313,21 @@ impl Localiser {
         if self.begun {
             self.monte_carlo.predict(motion)?;
             self.history.note(motion);
+            if let Some(survey) = &mut self.survey {
+                survey.note(motion);
+            }
+            for place in &mut self.best {
+                *place = *place * motion;
+            }
             self.way += motion.x.hypot(motion.y) + motion.heading.abs();
         } else {
             searched = self.begin(now, ranges_m)?;
         }
         self.lead = None;
         let tracking = self.state == LocaliseState::Tracking;
-        if !tracking && self.history.is_due() {
-            self.history.keep(self.monte_carlo.scan(ranges_m));
+        if (!tracking || self.doubts || self.on_trial) && self.history.is_due() {
+            self.history.keep(self.monte_carlo.scan(ranges_m), ranges_m);
+            self.news += 1;
         }
         let matching = if tracking { Some(self.matcher.correct(odometry, profile, ranges_m)?) } else { None };
         if self.monte_carlo.is_due() {
@@ -303,9 +341,10 @@ impl Localiser {
             let explained = self.matcher.explained(candidate.pose, profile, ranges_m);
             self.candidate_fit.add(explained, dt_s, self.config.fit_s);
         }
+        let found = self.survey(odometry.pose(), &mut searched)?;
         let jump = match self.state {
-            LocaliseState::Tracking => self.track(odometry, candidate, ranges_m, &mut searched)?,
-            LocaliseState::Searching => self.seek(odometry, candidate, ranges_m, &mut searched)?,
+            LocaliseState::Tracking => self.track(odometry, candidate, found, ranges_m, &mut searched)?,
+            LocaliseState::Searching => self.seek(odometry, found, ranges_m)?,
         };
         self.last = Some(odometry.pose());
         Ok(LocaliseReport {
@@ -324,8 +363,7 @@ impl Localiser {
     /// The set of poses begins anew: around the pose, or anywhere. Gives the poses weighed.
     fn begin(&mut self, pose: Pose2, ranges_m: &[f64]) -> Result<usize, LocaliserError> {
         self.begun = true;
-        self.way = 0.0;
-        self.history.clear();
+        self.clear();
         self.candidate_fit = Fit::default();
         if self.state == LocaliseState::Searching {
             return Ok(self.monte_carlo.search(ranges_m)?);
@@ -341,6 +379,7 @@ impl Localiser {
         &mut self,
         odometry: &mut Odometry,
         candidate: Option<PoseEstimate>,
+        found: Option<Surveyed>,
         ranges_m: &[f64],
         searched: &mut usize,
     ) -> Result<Option<Pose2>, LocaliserError> {
@@ -361,6 +400,38 @@ impl Localiser {
                 self.candidate_fit = Fit::default();
             }
         }
+        if let Some(found) = found {
+            let lead = found.elsewhere().map_or(f64::INFINITY, |best| found.own.score - best.score);
+            self.lead = Some(lead);
+            let own = found.own.explained;
+            if lead < -c.doubt_lead && self.is_proven(&found) {
+                return self.move_to(odometry, found.places[0]);
+            }
+            let wrong = if self.on_trial {
+                lead < -0.5 * c.found_lead || own.is_contradicted(c.found_contradicted, 4.0)
+            } else {
+                lead < -c.doubt_lead && own.share_contradicted() > c.lost_contradicted
+            };
+            if wrong {
+                self.state = LocaliseState::Searching;
+                self.had_pose = !self.on_trial;
+                (self.on_trial, self.doubts) = (false, false);
+                self.fit = Fit::default();
+                self.monte_carlo.gather(&found.places);
+                self.candidate_fit = Fit::default();
+                return Ok(None);
+            }
+            if self.on_trial && self.way > TRIAL && lead > 2.0 * c.found_lead {
+                self.clear();
+            }
+        }
+        let against = self.fit.contradicted > 0.5 * c.lost_contradicted;
+        let enough = c.doubt_fit + if self.doubts { 0.1 } else { 0.0 };
+        let doubts = known && !self.on_trial && (against || self.fit.value < enough);
+        if doubts != self.doubts {
+            self.clear();
+            self.doubts = doubts;
+        }
         // At rest there is nothing new to weigh: it may take a little longer.
         let judged = self.fit.has_lasted(if self.way > 0.5 { c.fit_s } else { 4.0 * c.fit_s });
         let astray = |fit: Fit| {
@@ -380,40 +451,87 @@ impl Localiser {
     fn seek(
         &mut self,
         odometry: &mut Odometry,
-        candidate: Option<PoseEstimate>,
+        found: Option<Surveyed>,
         ranges_m: &[f64],
-        searched: &mut usize,
     ) -> Result<Option<Pose2>, LocaliserError> {
         let c = self.config;
-        let found = candidate.filter(|candidate| {
-            self.way >= c.found_way
-                && self.candidate_fit.has_lasted(c.fit_s)
-                && self.candidate_fit.value >= c.found_fit
-                && self.candidate_fit.contradicted < c.lost_contradicted
-                && candidate.share >= c.found_share
-                && candidate.sigma_m() <= c.found_sigma_m
-        });
-        if let Some(candidate) = found {
-            self.lead = self.monte_carlo.compare(&self.history, c.found_lead)?;
-            if self.lead.is_none_or(|lead| lead < c.found_lead) {
-                // Another place looks like it: another metre must tell.
-                self.way = (c.found_way - 1.0).max(0.0);
-                return Ok(None);
+        if let Some(found) = found {
+            self.lead = Some(found.lead());
+            if self.is_proven(&found) {
+                return self.move_to(odometry, found.places[0]);
             }
-            self.state = LocaliseState::Tracking;
-            return Ok(Some(self.jump(odometry, &candidate)));
+            self.monte_carlo.gather(&found.places);
+            self.candidate_fit = Fit::default();
         }
         // Something stood in the way of its eyes, or an unmapped wall: the old pose was right.
         let old = self.had_pose && self.fit.has_lasted(2.0 * c.fit_s);
         if old && self.fit.value >= c.found_fit && self.fit.contradicted < 0.3 * c.lost_contradicted {
             self.state = LocaliseState::Tracking;
-            *searched = self.begin(odometry.pose(), ranges_m)?;
-            return Ok(None);
-        }
-        if self.way >= c.search_way {
-            *searched = self.begin(odometry.pose(), ranges_m)?;
+            self.begin(odometry.pose(), ranges_m)?;
         }
         Ok(None)
+    }
+
+    /// Searches all of the map by the last readings, a little each tick.
+    fn survey(&mut self, pose: Pose2, searched: &mut usize) -> Result<Option<Surveyed>, LocaliserError> {
+        if self.survey.is_none() && self.news >= 2 && self.history.len() >= 4 {
+            self.news = 0;
+            self.survey = self.monte_carlo.survey(&self.history, &self.best)?;
+            *searched += self.survey.as_ref().map_or(0, Survey::poses);
+        }
+        let Some(survey) = &mut self.survey else { return Ok(None) };
+        let found = self.monte_carlo.advance(survey, &self.matcher, pose);
+        if let Some(found) = &found {
+            self.survey = None;
+            let again = self.best.first().is_some_and(|best| found.places[0].is_near(*best));
+            let leads = found.lead() >= self.config.found_lead;
+            self.wins = if !leads {
+                0
+            } else if again {
+                self.wins + 1
+            } else {
+                1
+            };
+            self.best = found.places.iter().take(KEPT).map(|place| place.pose).collect();
+        }
+        Ok(found)
+    }
+
+    /// The best place may be vouched for: all that was measured on the way is likelier there than at
+    /// any other place, and as the map has it.
+    fn is_proven(&self, found: &Surveyed) -> bool {
+        let c = self.config;
+        let wins = self.wins >= 2 || found.lead() > 2.0 * c.found_lead;
+        let all = found.places[0].explained;
+        self.way >= c.found_way
+            && found.lead() >= c.found_lead
+            && wins
+            && all.share() >= c.found_fit
+            && !all.is_contradicted(c.found_contradicted, 2.0)
+    }
+
+    fn clear(&mut self) {
+        self.way = 0.0;
+        self.history.clear();
+        self.survey = None;
+        (self.news, self.wins) = (0, 0);
+        (self.doubts, self.on_trial) = (false, false);
+        self.best.clear();
+    }
+
+    /// Believes a place that was searched for.
+    fn move_to(&mut self, odometry: &mut Odometry, place: Place) -> Result<Option<Pose2>, LocaliserError> {
+        let before = odometry.pose();
+        let variances = [0.0025, 0.0025, 0.0009];
+        let covariance =
+            std::array::from_fn(|i| std::array::from_fn(|j| if i == j { variances[i] } else { 0.0 }));
+        odometry.relocate(place.pose, &covariance);
+        self.state = LocaliseState::Tracking;
+        (self.doubts, self.on_trial, self.way) = (false, true, 0.0);
+        self.fit = Fit::default();
+        self.candidate_fit = Fit::default();
+        self.monte_carlo.spread(place.pose, 0.1, 0.05)?;
+        Ok(Some(difference(place.pose, before)))
     }
 
     fn is_elsewhere(&self, pose: Pose2, candidate: &PoseEstimate) -> bool {
@@ -425,10 +543,10 @@ impl Localiser {
         let before = odometry.pose();
         odometry.relocate(candidate.pose, &candidate.covariance);
         self.fit = self.candidate_fit;
-        Pose2::new(
-            candidate.pose.x - before.x,
-            candidate.pose.y - before.y,
-            candidate.pose.heading - before.heading,
-        )
+        difference(candidate.pose, before)
     }
+}
+
+fn difference(now: Pose2, before: Pose2) -> Pose2 {
+    Pose2::new(now.x - before.x, now.y - before.y, now.heading - before.heading)
 }

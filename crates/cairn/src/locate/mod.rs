@@ -12,6 +12,7 @@ mod odometry;
 mod scan;
 mod scan_matching;
 mod slip;
+mod survey;
 
 pub use localiser::{LocaliseReport, LocaliseState, Localiser, LocaliserConfig, LocaliserError};
 pub use matching::{MapMatcher, MatchReport, MatchingConfig, MatchingError};

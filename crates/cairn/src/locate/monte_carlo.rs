@@ -9,7 +9,9 @@ use thiserror::Error;
 use super::beams::{Hearing, Poses, Scan, Tables, weigh};
 use super::field::SurfaceField;
 use super::history::{History, Place};
+use super::matching::MapMatcher;
 use super::modes::{Bins, Mode, best_modes};
+use super::survey::{Lattice, Seeing, Survey, Surveyed};
 use crate::geometry::{Pose2, wrap_angle};
 use crate::robot::RobotProfile;
 use crate::world::{Occupancy, OccupancyGrid, SplitMix};
@@ -224,6 +226,7 @@ pub struct MonteCarlo {
     world_from_map: Pose2,
     map_from_world: Pose2,
     fine: Tables,
+    lattice: Option<Arc<Lattice>>,
     random: SplitMix,
     poses: Poses,
     /// Sums to 1.
@@ -269,6 +272,7 @@ impl MonteCarlo {
         let world_from_map = map.geometry.world_from_grid;
         Ok(Self {
             fine: Tables::new(&config.hearing(), 0.0, 0.0),
+            lattice: None,
             field,
             map: map.values.clone(),
             map_from_world: world_from_map.inverse(),
@@ -336,11 +340,12 @@ impl MonteCarlo {
         let c = self.config;
         let hearing = c.hearing();
         let scan = Scan::new(&hearing, &self.profile, ranges_m);
-        let turn_rad = std::f64::consts::TAU / c.search_headings as f64;
-        let tables = Tables::new(&hearing, 0.4 * c.search_m, 0.3 * turn_rad);
         let lattice = self.lattice()?;
+        let turn_rad = lattice.turn_rad;
+        let tables = Tables::new(&hearing, 0.4 * c.search_m, 0.3 * turn_rad);
+        let lattice = &lattice.poses;
         let mut logs = std::mem::take(&mut self.scratch);
-        weigh(&self.field, &tables, &scan, 0.0, &lattice, &mut logs);
+        weigh(&self.field, &tables, &scan, 0.0, lattice, &mut logs);
         let weights = normalised(&logs, None);
         self.scratch = logs;
         let mut poses = Poses::default();
@@ -358,7 +363,10 @@ impl MonteCarlo {
     }
 
     /// Every pose that is looked at when the robot may be anywhere.
-    fn lattice(&self) -> Result<Poses, LocaliseError> {
+    fn lattice(&mut self) -> Result<Arc<Lattice>, LocaliseError> {
+        if let Some(lattice) = &self.lattice {
+            return Ok(lattice.clone());
+        }
         let c = &self.config;
         let radius_m = self.profile.footprint.inscribed_radius_m();
         let places = self.field.standing_places(&self.map, radius_m as f32, c.search_m);
@@ -366,12 +374,14 @@ impl MonteCarlo {
             return Err(LocaliseError::LocaliseNoRoom { radius_m });
         }
         let turn_rad = std::f64::consts::TAU / c.search_headings as f64;
-        let mut lattice = Poses::default();
+        let mut poses = Poses::default();
         for k in 0..c.search_headings {
             for &(x, y) in &places {
-                lattice.push(x, y, wrap_angle(k as f64 * turn_rad) as f32);
+                poses.push(x, y, wrap_angle(k as f64 * turn_rad) as f32);
             }
         }
+        let lattice = Arc::new(Lattice { poses, pitch_m: c.search_m, turn_rad });
+        self.lattice = Some(lattice.clone());
         Ok(lattice)
     }
 
@@ -380,43 +390,50 @@ impl MonteCarlo {
         Scan::new(&self.config.hearing(), &self.profile, ranges_m)
     }
 
-    /// How much better all readings of `history` agree with the estimate than with any other place of
-    /// the map: the difference of the logarithms of their likelihoods. Where that is less than
-    /// `margin`, the set of poses begins anew, at all places that agree about as well. None without an
-    /// estimate.
-    pub(super) fn compare(&mut self, history: &History, margin: f64) -> Result<Option<f64>, LocaliseError> {
-        let Some(estimate) = self.estimate() else { return Ok(None) };
-        let c = self.config;
-        let turn_rad = std::f64::consts::TAU / c.search_headings as f64;
-        let lattice = self.lattice()?;
-        let places = history.survey(&self.field, &c.hearing(), &self.fine, &lattice, (c.search_m, turn_rad));
-        let own = history.refine(&self.field, &self.fine, self.map_from_world * estimate.pose);
-        let best_other = places
-            .iter()
-            .filter(|place| !place.is_near(own.pose))
-            .map(|place| place.score)
-            .fold(f64::NEG_INFINITY, f64::max);
-        let lead = own.score - best_other;
-        if lead < margin {
-            self.gather(&places);
-        }
-        Ok(Some(lead))
+    /// A search of the whole map by all that `history` keeps, and near `starts` in any case. None where
+    /// it keeps nothing.
+    pub(super) fn survey(
+        &mut self,
+        history: &History,
+        starts: &[Pose2],
+    ) -> Result<Option<Survey>, LocaliseError> {
+        let starts: Vec<Pose2> = starts.iter().map(|start| self.map_from_world * *start).collect();
+        Ok(Survey::new(history, self.lattice()?, &starts))
+    }
+
+    /// Goes on with a search, and gives what it found at its end.
+    pub(super) fn advance(
+        &self,
+        survey: &mut Survey,
+        matcher: &MapMatcher,
+        about: Pose2,
+    ) -> Option<Surveyed> {
+        let seeing = Seeing {
+            field: &self.field,
+            hearing: self.config.hearing(),
+            fine: &self.fine,
+            matcher,
+            profile: &self.profile,
+            world_from_map: self.world_from_map,
+        };
+        survey.advance(&seeing, about)
     }
 
     /// Begins at several places, with as many poses at each as it is likely.
-    fn gather(&mut self, places: &[Place]) {
+    pub(super) fn gather(&mut self, places: &[Place]) {
         let Some(best) = places.first().map(|place| place.score) else { return };
         let weights: Vec<f64> = places.iter().map(|place| (0.5 * (place.score - best)).exp()).collect();
         let sum: f64 = weights.iter().sum();
         let n = self.config.most_particles / 2;
         let mut poses = Poses::default();
         for (place, weight) in places.iter().zip(weights) {
+            let pose = self.map_from_world * place.pose;
             for _ in 0..(n as f64 * weight / sum) as usize {
                 let [x, y, turn] = [self.random.normal(), self.random.normal(), self.random.normal()];
                 poses.push(
-                    place.pose.x as f32 + 0.08 * x,
-                    place.pose.y as f32 + 0.08 * y,
-                    place.pose.heading as f32 + 0.04 * turn,
+                    pose.x as f32 + 0.08 * x,
+                    pose.y as f32 + 0.08 * y,
+                    pose.heading as f32 + 0.04 * turn,
                 );
             }
         }

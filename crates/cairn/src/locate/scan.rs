@@ -12,6 +12,9 @@ const BEAMS: usize = 72;
 const SIGMA_M: f64 = 0.04;
 /// A beam that the map explains ends within this of its surface \[m\].
 const EXPLAINED_M: f64 = 0.15;
+/// How likely a reading is, against one that the map explains: shorter than the map has it, and longer.
+const SHORT: f64 = 0.12;
+const THROUGH_WALLS: f64 = 0.01;
 
 /// How many readings the map explains at a pose.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -22,6 +25,45 @@ pub struct Explained {
     pub contradicted: usize,
     /// Readings that could be judged.
     pub judged: usize,
+}
+
+impl std::ops::Add for Explained {
+    type Output = Self;
+
+    fn add(self, more: Self) -> Self {
+        Self {
+            explained: self.explained + more.explained,
+            contradicted: self.contradicted + more.contradicted,
+            judged: self.judged + more.judged,
+        }
+    }
+}
+
+impl Explained {
+    /// Share of the readings that are as the map predicts them; 0 of none.
+    pub fn share(&self) -> f64 {
+        self.explained as f64 / self.judged.max(1) as f64
+    }
+
+    /// Logarithm of the likelihood of all of them: what the map does not show is there now and then,
+    /// what goes through its walls hardly ever. Readings share their errors: each counts as
+    /// `independence` of one.
+    pub fn log_likelihood(&self, independence: f64) -> f64 {
+        let others = self.judged - self.explained - self.contradicted;
+        independence * (others as f64 * SHORT.ln() + self.contradicted as f64 * THROUGH_WALLS.ln())
+    }
+
+    /// More readings cannot be than `sigmas` of chance leave room for, where `share` of them are of a
+    /// right pose (Poisson).
+    pub fn is_contradicted(&self, share: f64, sigmas: f64) -> bool {
+        let expected = share * self.judged as f64;
+        self.contradicted as f64 > expected + sigmas * (expected.sqrt() + 0.75)
+    }
+
+    /// Share of the readings that cannot be; 0 of none.
+    pub fn share_contradicted(&self) -> f64 {
+        self.contradicted as f64 / self.judged.max(1) as f64
+    }
 }
 
 impl MapMatcher {
