@@ -36,7 +36,7 @@ def main() -> str:
         decision = navigator.step(seen.ranges_m, seen.wheels_m, seen.gyro_radps, TICK_S)
         robot.command(decision.twist)
         robot.advance(TICK_S)
-        if decision.mode != last:
+        if decision.mode != last or decision.recovery:
             print(f"{decision.time_s:5.1f} s  {decision.sentence}")
             last = decision.mode
         if decision.goal_status in ("reached", "refused"):

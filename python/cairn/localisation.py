@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cairn import _brain
-from cairn.odometry import MatchReport
+from cairn.odometry import MatchReport, _pose
 from cairn.profile import Profile
 from cairn.world import World
 
@@ -48,15 +48,18 @@ class LocaliseReport:
     """The map explains what is measured at the pose; otherwise all of the map is searched."""
     fit: float
     """Share of the readings that the map explains at the pose, over the last while, 0 to 1."""
+    contradicted: float
+    """Share of the readings that cannot be at the pose, if the map is right, 0 to 1."""
     candidate: PoseEstimate | None
     """What the set of poses says."""
     candidate_fit: float
     """As `fit`, at the candidate."""
     searched: int
-    """Poses weighed by a search of the whole map in this tick; 0 without one."""
+    """Poses looked at by a search of the whole map that begins in this tick; 0 without one."""
     lead: float | None
-    """How much likelier all that was measured since the search is at the candidate than at any
-    other place of the map, a difference of logarithms; where that was asked in this tick."""
+    """How much likelier the last readings are, all together, at the best place of the map than at
+    any other (while the pose is believed: at it than at any other), a difference of logarithms;
+    where a search of the whole map ended in this tick."""
     jump: tuple[float, float, float] | None
     """The pose was moved to the candidate: by (x, y, heading), world frame [m, m, rad]."""
     matching: MatchReport | None
@@ -236,6 +239,7 @@ class Localiser:
         return LocaliseReport(
             is_found=report["state"] == "tracking",
             fit=report["fit"],
+            contradicted=report["contradicted"],
             candidate=_estimate(report["candidate"]),
             candidate_fit=report["candidate_fit"],
             searched=report["searched"],
@@ -288,11 +292,6 @@ def _parts(world: World) -> tuple[NDArray[np.uint8], float, tuple[float, float, 
 
 def _ranges(ranges_m: ArrayLike) -> NDArray[np.float64]:
     return np.ascontiguousarray(np.atleast_1d(np.asarray(ranges_m, dtype=float)))
-
-
-def _pose(pose: ArrayLike) -> tuple[float, float, float]:
-    x, y, heading = np.asarray(pose, dtype=float)
-    return float(x), float(y), float(heading)
 
 
 def _triple(pose: Mapping[str, float]) -> tuple[float, float, float]:

@@ -18,9 +18,19 @@ from cairn.record import write_summary
 from cairn.strict_json import plain
 
 
+def _robot_kind(robot: str) -> str:
+    if robot not in ("kinematic", "mujoco"):
+        raise typer.BadParameter(f"`{robot}` is none of kinematic, mujoco")
+    return robot
+
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print the record, nothing else.")]
+RobotKind = Annotated[str, typer.Option(help="kinematic or mujoco.", callback=_robot_kind)]
+
+
 @app.command("spin-test")
 def spin_test_command(
-    robot: Annotated[str, typer.Option(help="kinematic or mujoco.")] = "mujoco",
+    robot: RobotKind = "mujoco",
     profile: Annotated[str, typer.Option(help="Profile, shipped or a file.")] = "p3at",
     turns: Annotated[float, typer.Option(min=0.1, help="Turns of each spin.")] = 3.0,
     rates: Annotated[str, typer.Option(help="Turn rates in rad/s, comma-separated.")] = "0.5,1,1.5",
@@ -28,17 +38,13 @@ def spin_test_command(
         float, typer.Option(min=0.2, help="Seconds at rest, before and after the spins.")
     ] = 8.0,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the robot's noise and floor.")] = 1,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the record, nothing else.")
-    ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Turn on the spot, both ways, and tell how the wheels slip: the effective track."""
     from cairn.calibration import spin_test
     from cairn.experiments.bench_odometry import make_robot
     from cairn.profile import Profile
 
-    if robot not in ("kinematic", "mujoco"):
-        raise typer.BadParameter(f"`{robot}` is none of kinematic, mujoco", param_hint="--robot")
     try:
         wanted = tuple(float(rate) for rate in rates.split(","))
     except ValueError:
@@ -55,7 +61,7 @@ def spin_test_command(
     if as_json:
         record = {"summary": {k: v for k, v in found.to_dict().items() if k != "spins"}}
         record["spins"] = found.to_dict()["spins"]
-        sys.stdout.write(json.dumps(plain(record), indent=2, allow_nan=False) + "\n")
+        _print_record(plain(record))
         return
     table = Table(
         "rate", "turned", "sides apart", "track", "by truth", box=None, pad_edge=False,
@@ -87,23 +93,19 @@ def spin_test_command(
 
 @bench.command("odometry")
 def bench_odometry(
-    robot: Annotated[str, typer.Option(help="kinematic or mujoco.")] = "kinematic",
+    robot: RobotKind = "kinematic",
     way: Annotated[float, typer.Option(min=1.0, help="Metres of each drive.")] = 100.0,
     seeds: Annotated[int, typer.Option(min=1, help="Drives of each course.")] = 20,
     courses: Annotated[str, typer.Option(help="Courses, comma-separated, or all.")] = "all",
     out: Annotated[
         Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-odometry.")
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the record, nothing else.")
-    ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """How far off wheels and gyroscope are after a way, with and without what can be learnt."""
     from cairn.experiments import bench_odometry as measuring
     from cairn.experiments.machine import describe
 
-    if robot not in ("kinematic", "mujoco"):
-        raise typer.BadParameter(f"`{robot}` is none of kinematic, mujoco", param_hint="--robot")
     names = _names("--courses", courses, dict.fromkeys(measuring.COURSES))
     settings = measuring.Settings(names, robot, way, seeds)
     folder = ready(out or Path("runs/bench-odometry"))
@@ -119,7 +121,7 @@ def bench_odometry(
     )
     files = [write_summary(record, folder)]
     if as_json:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+        _print_record(record)
         return
     table = Table(
         "course", "odometry", "off at the end", "90 % within", "most", "heading", "within 2σ",
@@ -163,9 +165,7 @@ def bench_localise(
     out: Annotated[
         Path | None, typer.Option(help="Folder for summary.json; by default runs/bench-localise.")
     ] = None,
-    as_json: Annotated[
-        bool, typer.Option("--json", help="Print the record, nothing else.")
-    ] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Find a robot from nothing and after a kidnapping, keep it, and be honest where nobody can."""
     from cairn.experiments import bench_localise as measuring
@@ -198,7 +198,7 @@ def bench_localise(
 
         files.append(draw_kidnapping(*measuring.kidnapping(settings), path=picture))
     if as_json:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+        _print_record(record)
         return
     table = Table(
         "task", "sensor", "map", "right", "found after", "90 %", "way", "vouched", "wrongly",
@@ -237,6 +237,10 @@ def _all(work: Any, total: int) -> list[dict[str, Any]]:
             found.extend(some)
             progress.advance(task)
     return found
+
+
+def _print_record(record: Any) -> None:
+    sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
 
 
 def _share(value: float, digits: int = 0) -> str:

@@ -3,26 +3,8 @@
 use std::ops::Range;
 
 use super::field::{STEP_M, SurfaceField};
+use super::monte_carlo::MonteCarloConfig;
 use crate::robot::RobotProfile;
-
-/// How likely a range is, given how far the map's nearest surface is from where it ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Hearing {
-    /// Echoes of a sonar from farther away are not used \[m\].
-    pub sonar_range_m: f64,
-    /// Standard deviation of a sonar's echo from the map's nearest surface \[m\].
-    pub sonar_m: f64,
-    /// Added to it per range \[m/m\].
-    pub sonar_m_per_m: f64,
-    /// The same of a lidar's beam \[m\].
-    pub lidar_m: f64,
-    /// Beams of a lidar that are used, evenly spread.
-    pub lidar_beams: usize,
-    /// Share of readings that nothing on the map explains.
-    pub stray: f64,
-    /// Readings share their errors: each counts as this share of one.
-    pub independence: f64,
-}
 
 /// Points at most this far apart stand for the arc of a cone \[m\].
 const ARC_M: f64 = 0.3;
@@ -55,7 +37,7 @@ pub(super) struct Scan {
 
 impl Scan {
     /// The readings of `ranges_m` that can be used: sonars, then lidar beams.
-    pub(super) fn new(hearing: &Hearing, profile: &RobotProfile, ranges_m: &[f64]) -> Self {
+    pub(super) fn new(hearing: &MonteCarloConfig, profile: &RobotProfile, ranges_m: &[f64]) -> Self {
         let mut scan = Self { beams: Vec::new(), ends: Vec::new() };
         for (sonar, &range_m) in profile.sonars.iter().zip(ranges_m) {
             if range_m > sonar.min_range_m && range_m < sonar.max_range_m.min(hearing.sonar_range_m) {
@@ -128,7 +110,7 @@ impl Tables {
     }
 
     /// Tables that forgive errors of `slack_m` and `slack_rad` of the pose itself.
-    pub(super) fn new(hearing: &Hearing, slack_m: f64, slack_rad: f64) -> Self {
+    pub(super) fn new(hearing: &MonteCarloConfig, slack_m: f64, slack_rad: f64) -> Self {
         let row = |sigma_m: f64, range_m: f64| {
             let sigma_m = sigma_m.hypot(slack_m).hypot(slack_rad * range_m);
             std::array::from_fn(|step| {
@@ -379,16 +361,6 @@ mod tests {
     use crate::geometry::Pose2;
     use crate::world::{Grid, GridGeometry, Occupancy, SplitMix};
 
-    const HEARING: Hearing = Hearing {
-        sonar_range_m: 4.0,
-        sonar_m: 0.08,
-        sonar_m_per_m: 0.03,
-        lidar_m: 0.08,
-        lidar_beams: 60,
-        stray: 0.1,
-        independence: 0.4,
-    };
-
     /// A hall of 6 × 5 m with a post.
     fn hall() -> SurfaceField {
         let geometry =
@@ -432,7 +404,7 @@ mod tests {
 
     #[test]
     fn eight_at_a_time_and_one_by_one_give_the_same_bits() {
-        let (field, tables) = (hall(), Tables::new(&HEARING, 0.0, 0.0));
+        let (field, tables) = (hall(), Tables::new(&MonteCarloConfig::default(), 0.0, 0.0));
         for n in [1, 63, 64, 65, 1000] {
             let (poses, scan) = (poses(n, 7), scan(1.3));
             let mut any = Vec::new();
@@ -446,7 +418,7 @@ mod tests {
 
     #[test]
     fn a_pose_in_a_wall_or_off_the_map_is_impossible_and_no_other_is_less_likely_than_strays() {
-        let (field, tables, scan) = (hall(), Tables::new(&HEARING, 0.0, 0.0), scan(2.0));
+        let (field, tables, scan) = (hall(), Tables::new(&MonteCarloConfig::default(), 0.0, 0.0), scan(2.0));
         let poses = poses(2000, 3);
         let mut logs = Vec::new();
         weigh(&field, &tables, &scan, 0.0, &poses, &mut logs);

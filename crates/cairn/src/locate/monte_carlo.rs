@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::beams::{Hearing, Poses, Scan, Tables, weigh};
+use super::beams::{Poses, Scan, Tables, weigh};
 use super::field::SurfaceField;
 use super::history::{History, Place};
 use super::matching::MapMatcher;
@@ -87,18 +87,6 @@ impl Default for MonteCarloConfig {
 }
 
 impl MonteCarloConfig {
-    fn hearing(&self) -> Hearing {
-        Hearing {
-            sonar_range_m: self.sonar_range_m,
-            sonar_m: self.sonar_m,
-            sonar_m_per_m: self.sonar_m_per_m,
-            lidar_m: self.lidar_m,
-            lidar_beams: self.lidar_beams,
-            stray: self.stray,
-            independence: self.independence,
-        }
-    }
-
     fn checked(self) -> Result<Self, LocaliseError> {
         let tiny = f64::MIN_POSITIVE;
         for (key, value, least, most) in [
@@ -271,7 +259,7 @@ impl MonteCarlo {
         }
         let world_from_map = map.geometry.world_from_grid;
         Ok(Self {
-            fine: Tables::new(&config.hearing(), 0.0, 0.0),
+            fine: Tables::new(&config, 0.0, 0.0),
             lattice: None,
             field,
             map: map.values.clone(),
@@ -337,12 +325,12 @@ impl MonteCarlo {
     /// [`LocaliseError::LocaliseRangeCount`], or [`LocaliseError::LocaliseNoRoom`].
     pub fn search(&mut self, ranges_m: &[f64]) -> Result<usize, LocaliseError> {
         self.check(ranges_m)?;
-        let c = self.config;
-        let hearing = c.hearing();
-        let scan = Scan::new(&hearing, &self.profile, ranges_m);
+        let config = self.config;
+        let c = &config;
+        let scan = Scan::new(c, &self.profile, ranges_m);
         let lattice = self.lattice()?;
         let turn_rad = lattice.turn_rad;
-        let tables = Tables::new(&hearing, 0.4 * c.search_m, 0.3 * turn_rad);
+        let tables = Tables::new(c, 0.4 * c.search_m, 0.3 * turn_rad);
         let lattice = &lattice.poses;
         let mut logs = std::mem::take(&mut self.scratch);
         weigh(&self.field, &tables, &scan, 0.0, lattice, &mut logs);
@@ -387,7 +375,7 @@ impl MonteCarlo {
 
     /// Readings as [`History`] keeps them.
     pub(super) fn scan(&self, ranges_m: &[f64]) -> Scan {
-        Scan::new(&self.config.hearing(), &self.profile, ranges_m)
+        Scan::new(&self.config, &self.profile, ranges_m)
     }
 
     /// A search of the whole map by all that `history` keeps, and near `starts` in any case. None where
@@ -410,7 +398,7 @@ impl MonteCarlo {
     ) -> Option<Surveyed> {
         let seeing = Seeing {
             field: &self.field,
-            hearing: self.config.hearing(),
+            config: &self.config,
             fine: &self.fine,
             matcher,
             profile: &self.profile,
@@ -483,12 +471,11 @@ impl MonteCarlo {
         }
         self.shift();
         let c = &self.config;
-        let hearing = c.hearing();
-        let scan = Scan::new(&hearing, &self.profile, ranges_m);
+        let scan = Scan::new(c, &self.profile, ranges_m);
         let coarse = (self.settling > 0).then(|| {
             let part = f64::from(self.settling) / f64::from(c.search_settling.max(1));
             let turn_rad = std::f64::consts::TAU / c.search_headings as f64;
-            Tables::new(&hearing, part * 0.4 * c.search_m, part * 0.3 * turn_rad)
+            Tables::new(c, part * 0.4 * c.search_m, part * 0.3 * turn_rad)
         });
         let tables = coarse.as_ref().unwrap_or(&self.fine);
         let radius_m = 0.5 * self.profile.footprint.inscribed_radius_m() as f32;
@@ -608,7 +595,7 @@ impl MonteCarlo {
     /// Mean logarithm of the likelihood of a reading at `world_from_robot`; 0 without a reading.
     pub fn likelihood(&self, world_from_robot: Pose2, ranges_m: &[f64]) -> Result<f64, LocaliseError> {
         self.check(ranges_m)?;
-        let scan = Scan::new(&self.config.hearing(), &self.profile, ranges_m);
+        let scan = Scan::new(&self.config, &self.profile, ranges_m);
         let pose = self.map_from_world * world_from_robot;
         let mut poses = Poses::default();
         poses.push(pose.x as f32, pose.y as f32, pose.heading as f32);

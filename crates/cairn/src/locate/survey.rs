@@ -3,10 +3,11 @@
 
 use std::sync::Arc;
 
-use super::beams::{Hearing, Poses, Tables};
+use super::beams::{Poses, Tables};
 use super::field::SurfaceField;
 use super::history::{History, Place};
 use super::matching::MapMatcher;
+use super::monte_carlo::MonteCarloConfig;
 use super::scan::Explained;
 use crate::geometry::Pose2;
 use crate::robot::RobotProfile;
@@ -62,7 +63,7 @@ impl Surveyed {
 /// What a search looks at the map with.
 pub(super) struct Seeing<'a> {
     pub field: &'a SurfaceField,
-    pub hearing: Hearing,
+    pub config: &'a MonteCarloConfig,
     pub fine: &'a Tables,
     pub matcher: &'a MapMatcher,
     pub profile: &'a RobotProfile,
@@ -146,7 +147,7 @@ impl Survey {
         let mut left = PER_TICK;
         while let Some(&k) = self.order.get(self.frame) {
             let anchor_from_then = self.history.anchor_from(self.anchor, k);
-            let tables = self.forgiving(&seeing.hearing, anchor_from_then);
+            let tables = self.forgiving(seeing.config, anchor_from_then);
             let readings = self.history.readings(k).max(1);
             let poses = self.kept.as_ref().unwrap_or(&self.lattice.poses);
             let upto = (self.pose + left / readings).min(poses.len());
@@ -182,17 +183,17 @@ impl Survey {
         for place in &mut self.places[self.judged..next] {
             let world_from_robot = seeing.world_from_map * place.pose;
             place.explained = self.history.explained(seeing.matcher, seeing.profile, world_from_robot);
-            place.score = place.explained.log_likelihood(seeing.hearing.independence);
+            place.score = place.explained.log_likelihood(seeing.config.independence);
         }
         self.judged = next;
         (next == self.places.len()).then(|| self.surveyed(seeing.world_from_map))
     }
 
     /// Tables that forgive what the lattice is apart, seen from the anchor.
-    fn forgiving(&self, hearing: &Hearing, anchor_from_then: Pose2) -> Tables {
+    fn forgiving(&self, config: &MonteCarloConfig, anchor_from_then: Pose2) -> Tables {
         let Lattice { pitch_m, turn_rad, .. } = *self.lattice;
         let lever_m = anchor_from_then.position().norm();
-        Tables::new(hearing, (0.4 * pitch_m).hypot(0.3 * turn_rad * lever_m), 0.3 * turn_rad)
+        Tables::new(config, (0.4 * pitch_m).hypot(0.3 * turn_rad * lever_m), 0.3 * turn_rad)
     }
 
     /// After some frames: goes on with the better poses only.
