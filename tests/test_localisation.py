@@ -92,6 +92,30 @@ def test_a_drive_through_another_world_is_not_believed(drive):
     assert not any(row[0] for row in rows)
 
 
+@pytest.mark.parametrize("drawn", ["office", "warehouse"])
+def test_a_lidar_in_another_world_is_never_told_that_it_is_on_this_map(drawn):
+    robot = lidar_robot()
+    stream = record(cairn.maps.load("labyrinth"), robot, seed=3, seconds=25)
+    rows = play(Localiser(cairn.maps.load(drawn), robot), stream)
+    assert not any(row[0] for row in rows)
+
+
+def test_a_kidnapped_robot_finds_itself_in_a_labyrinth_where_many_places_look_alike():
+    world = cairn.maps.load("labyrinth")
+    before, after = (record(world, P3AT, seed=seed, seconds=40, boxes=6) for seed in (4, 504))
+    rows = play(Localiser(world, P3AT, start=before.truth[0]), before.part(0, 100).then(after))
+    assert all(row[0] and row[1] < 0.2 for row in rows[-30:])
+    vouched_again = [
+        row for k, row in enumerate(rows) if k > 100 and row[0] and lost_before(rows, k)
+    ]
+    assert all(row[1] < 0.3 for row in vouched_again)
+
+
+def lost_before(rows, k):
+    """Whether the pose was given up after the kidnapping at tick 100 and before tick k."""
+    return not all(row[0] for row in rows[100:k])
+
+
 def test_a_lidar_finds_itself_too():
     robot = lidar_robot()
     stream = record(ROOM, robot, seed=4, seconds=20)

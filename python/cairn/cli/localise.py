@@ -201,8 +201,8 @@ def bench_localise(
         _print_record(record)
         return
     table = Table(
-        "task", "sensor", "map", "right", "found after", "90 %", "way", "vouched", "wrongly",
-        "error rms", "most", "heading", box=None, pad_edge=False, header_style="dim",
+        "task", "sensor", "map", "right", "noticed 90 %", "found after", "90 %", "vouched",
+        "wrongly", "error rms", "most", "heading", box=None, pad_edge=False, header_style="dim",
     )  # fmt: skip
     for row in rows:
         table.add_row(
@@ -210,9 +210,9 @@ def bench_localise(
             row["sensor"],
             row["map"],
             _share(row["right"]),
+            _number(row["noticed_p90_s"] if row["kind"] == "kidnapped" else None, "s", 1),
             _number(row["found_s"], "s", 1),
             _number(row["found_p90_s"], "s", 1),
-            _number(row["found_m"], "m", 1),
             _share(row["vouched"]),
             _share(row["wrong"], 1),
             _number(row["rms_m"], "m", 3),

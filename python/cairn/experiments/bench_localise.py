@@ -58,6 +58,10 @@ class Trial:
     """Until it first vouched for a pose, or again after the kidnapping."""
     found_m: float | None = None
     """Way driven until then."""
+    noticed_s: float | None = None
+    """After a kidnapping, until it no longer vouched for the old place."""
+    wrong_after: float = 0.0
+    """Share of the ticks at which it vouched for a wrong pose, once it had noticed."""
     right: bool = False
     """That pose was right, and so were those until the end."""
     vouched: float = 0.0
@@ -78,6 +82,8 @@ class Trial:
             "seed": self.seed,
             "found_s": self.found_s,
             "found_m": self.found_m,
+            "noticed_s": self.noticed_s,
+            "wrong_after": self.wrong_after,
             "right": self.right,
             "vouched": self.vouched,
             "wrong": self.wrong,
@@ -127,7 +133,7 @@ def play(
     """Play a drive to a localiser and judge what it vouches for, from a tick on."""
     localiser = Localiser(world, profile, start=start, seed=trial.seed)
     way, took, searches = stream.way_m, [], []
-    vouched, wrong = 0, 0
+    vouched, wrong, wrong_after = 0, 0, 0
     lost = judged_from == 0  # a pose vouched for at once counts as found only after a loss
     for tick in range(len(stream)):
         began = time.process_time()
@@ -141,12 +147,15 @@ def play(
         if tick < judged_from:
             continue
         lost = lost or not report.is_found
+        if trial.noticed_s is None and (lost or report.jump is not None):
+            trial.noticed_s = (tick - judged_from) * TICK_S
         if not report.is_found:
             continue
         far_m, turned_rad = off(localiser.pose, stream.truth[tick])
         is_right = far_m <= RIGHT_M and turned_rad <= RIGHT_RAD
         vouched += 1
         wrong += not is_right
+        wrong_after += not is_right and trial.noticed_s is not None
         if lost or is_right:
             if trial.found_s is None:
                 trial.found_s = (tick - judged_from) * TICK_S
@@ -155,6 +164,7 @@ def play(
             trial.errors_rad.append(turned_rad)
     judged = len(stream) - judged_from
     trial.vouched, trial.wrong = vouched / judged, wrong / judged
+    trial.wrong_after = wrong_after / judged
     trial.right = trial.found_s is not None and max(trial.errors_m) <= RIGHT_M
     trial.step_ms = float(np.mean(took)) if took else 0.0
     trial.search_ms = float(np.mean(searches)) if searches else 0.0
@@ -323,6 +333,7 @@ def table(trials: list[dict[str, Any]]) -> list[dict[str, Any]]:
 def _of(group: list[dict[str, Any]]) -> dict[str, Any]:
     found = [t["found_s"] for t in group if t["found_s"] is not None and t["right"]]
     ways = [t["found_m"] for t in group if t["found_m"] is not None and t["right"]]
+    noticed = [t["noticed_s"] for t in group if t["noticed_s"] is not None]
     squares = [t["rms_m"] ** 2 for t in group if t["rms_m"] is not None]
     turns = [t["rms_rad"] ** 2 for t in group if t["rms_rad"] is not None]
     most = [t["max_m"] for t in group if t["max_m"] is not None]
@@ -332,7 +343,10 @@ def _of(group: list[dict[str, Any]]) -> dict[str, Any]:
         "found_s": float(np.median(found)) if found else None,
         "found_p90_s": float(np.percentile(found, 90)) if found else None,
         "found_m": float(np.median(ways)) if ways else None,
+        "noticed_p90_s": float(np.percentile(noticed, 90)) if noticed else None,
+        "noticed_within_10_s": sum(t <= 10.0 for t in noticed) / len(group),
         "vouched": float(np.mean([t["vouched"] for t in group])),
+        "wrong_after": float(np.mean([t["wrong_after"] for t in group])),
         "wrong": float(np.mean([t["wrong"] for t in group])),
         "rms_m": float(np.sqrt(np.mean(squares))) if squares else None,
         "max_m": float(max(most)) if most else None,
@@ -354,7 +368,12 @@ def summary_of(rows: list[dict[str, Any]], timing: dict[str, Any]) -> dict[str, 
         of = summary.setdefault(row["sensor"], {})
         kind = row["kind"].replace(" ", "_").replace(",", "")
         if row["kind"] in ("global", "kidnapped"):
-            of[kind] = {k: row[k] for k in ("right", "found_s", "found_p90_s", "found_m", "wrong")}
+            of[kind] = {
+                k: row[k]
+                for k in ("right", "found_s", "found_p90_s", "found_m", "wrong", "wrong_after")
+            }
+            if row["kind"] == "kidnapped":
+                of[kind] |= {k: row[k] for k in ("noticed_p90_s", "noticed_within_10_s")}
         elif row["kind"] in ("wrong map", "symmetric"):
             of[kind] = {k: row[k] for k in ("vouched", "wrong")}
         else:

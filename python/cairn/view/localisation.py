@@ -56,7 +56,7 @@ def draw_kidnapping(
         elif was_found and not report.is_found and len(shots) == 1:
             shots["lost: the whole map is searched"] = (tick, where, localiser.pose)
             lost_at = tick
-        elif len(shots) == 2 and tick == lost_at + 8 and not report.is_found:
+        elif len(shots) == 2 and len(where) and tick > lost_at + 8 and not report.is_found:
             shots["poses that agree with what was heard since"] = (tick, where, localiser.pose)
         elif not was_found and report.is_found and len(shots) > 1:
             shots["found"] = (tick, where, localiser.pose)

@@ -79,7 +79,7 @@ impl Default for LocaliserConfig {
             found_share: 0.9,
             found_sigma_m: 0.25,
             found_way: 2.0,
-            found_lead: 8.0,
+            found_lead: 10.0,
             doubt_fit: 0.6,
             doubt_lead: 14.0,
             jump_m: 0.1,
@@ -142,10 +142,11 @@ pub struct LocaliseReport {
     pub candidate_fit: f64,
     /// The heaviest place of the set of poses.
     pub candidate: Option<PoseEstimate>,
-    /// Poses weighed by a search of the whole map in this tick; 0 without one.
+    /// Poses looked at by a search of the whole map that began in this tick; 0 without one.
     pub searched: usize,
-    /// How much likelier all that was measured is at the candidate than elsewhere, where that was asked
-    /// in this tick: a difference of logarithms.
+    /// How much likelier the last readings are, all together, at the best place than at any other (while
+    /// the pose is believed: at it than at any other), where a search of the whole map ended in this
+    /// tick: a difference of logarithms.
     pub lead: Option<f64>,
     /// The pose was moved to the candidate: by (x, y, heading), world frame.
     pub jump: Option<Pose2>,
@@ -321,7 +322,7 @@ impl Localiser {
             }
             self.way += motion.x.hypot(motion.y) + motion.heading.abs();
         } else {
-            searched = self.begin(now, ranges_m)?;
+            self.begin(now, ranges_m)?;
         }
         self.lead = None;
         let tracking = self.state == LocaliseState::Tracking;
@@ -343,7 +344,7 @@ impl Localiser {
         }
         let found = self.survey(odometry.pose(), &mut searched)?;
         let jump = match self.state {
-            LocaliseState::Tracking => self.track(odometry, candidate, found, ranges_m, &mut searched)?,
+            LocaliseState::Tracking => self.track(odometry, candidate, found, ranges_m)?,
             LocaliseState::Searching => self.seek(odometry, found, ranges_m)?,
         };
         self.last = Some(odometry.pose());
@@ -360,18 +361,19 @@ impl Localiser {
         })
     }
 
-    /// The set of poses begins anew: around the pose, or anywhere. Gives the poses weighed.
-    fn begin(&mut self, pose: Pose2, ranges_m: &[f64]) -> Result<usize, LocaliserError> {
+    /// The set of poses begins anew: around the pose, or at nothing until a search has found places.
+    fn begin(&mut self, pose: Pose2, ranges_m: &[f64]) -> Result<(), LocaliserError> {
         self.begun = true;
         self.clear();
         self.candidate_fit = Fit::default();
         if self.state == LocaliseState::Searching {
-            return Ok(self.monte_carlo.search(ranges_m)?);
+            self.monte_carlo.forget();
+            return Ok(());
         }
         self.fit = Fit::default();
         self.monte_carlo.spread(pose, self.config.start_m, self.config.start_rad)?;
         self.monte_carlo.update(ranges_m)?; // what was told is only about right
-        Ok(0)
+        Ok(())
     }
 
     /// The pose is believed: does the set of poses know better? Does the map still explain it?
@@ -381,7 +383,6 @@ impl Localiser {
         candidate: Option<PoseEstimate>,
         found: Option<Surveyed>,
         ranges_m: &[f64],
-        searched: &mut usize,
     ) -> Result<Option<Pose2>, LocaliserError> {
         let c = self.config;
         let pose = odometry.pose();
@@ -407,11 +408,12 @@ impl Localiser {
             if lead < -c.doubt_lead && self.is_proven(&found) {
                 return self.move_to(odometry, found.places[0]);
             }
-            let wrong = if self.on_trial {
-                lead < -0.5 * c.found_lead || own.is_contradicted(c.found_contradicted, 4.0)
+            let against = if self.on_trial {
+                own.is_contradicted(c.found_contradicted, 4.0)
             } else {
-                lead < -c.doubt_lead && own.share_contradicted() > c.lost_contradicted
+                own.share_contradicted() > c.lost_contradicted
             };
+            let wrong = against && (self.on_trial || lead < -c.doubt_lead);
             if wrong {
                 self.state = LocaliseState::Searching;
                 self.had_pose = !self.on_trial;
@@ -421,7 +423,8 @@ impl Localiser {
                 self.candidate_fit = Fit::default();
                 return Ok(None);
             }
-            if self.on_trial && self.way > TRIAL && lead > 2.0 * c.found_lead {
+            let proven = lead > 2.0 * c.found_lead || self.way > 4.0 * TRIAL;
+            if self.on_trial && self.way > TRIAL && proven {
                 self.clear();
             }
         }
@@ -442,7 +445,7 @@ impl Localiser {
             self.state = LocaliseState::Searching;
             self.had_pose = true;
             self.fit = Fit::default();
-            *searched = self.begin(pose, ranges_m)?;
+            self.begin(pose, ranges_m)?;
         }
         Ok(None)
     }
@@ -474,7 +477,8 @@ impl Localiser {
 
     /// Searches all of the map by the last readings, a little each tick.
     fn survey(&mut self, pose: Pose2, searched: &mut usize) -> Result<Option<Surveyed>, LocaliserError> {
-        if self.survey.is_none() && self.news >= 2 && self.history.len() >= 4 {
+        let first = self.state == LocaliseState::Searching && self.best.is_empty() && self.news > 0;
+        if self.survey.is_none() && (first || self.news >= 2 && self.history.len() >= 4) {
             self.news = 0;
             self.survey = self.monte_carlo.survey(&self.history, &self.best)?;
             *searched += self.survey.as_ref().map_or(0, Survey::poses);

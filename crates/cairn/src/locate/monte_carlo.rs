@@ -428,6 +428,13 @@ impl MonteCarlo {
         self.begin(poses, 0);
     }
 
+    /// No pose is likelier than any other.
+    pub(super) fn forget(&mut self) {
+        self.poses = Poses::default();
+        self.weights = Vec::new();
+        self.estimate = None;
+    }
+
     fn begin(&mut self, poses: Poses, settling: u32) {
         self.weights = vec![1.0 / poses.len() as f64; poses.len()];
         self.poses = poses;

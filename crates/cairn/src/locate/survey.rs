@@ -23,8 +23,8 @@ const LEAST: usize = 2_000;
 const HALVED_AFTER: usize = 4;
 /// Places told apart and looked at closely.
 const PLACES: usize = 40;
-/// Of these, what the map explains is asked of so many in one tick …
-const JUDGED_PER_TICK: usize = 2;
+/// Of these, what the map explains is asked by so many frames in one tick …
+const JUDGED_PER_TICK: usize = 48;
 /// … and only where they agree about as well as the best.
 const JUDGED_BEHIND: f64 = 25.0;
 
@@ -179,7 +179,8 @@ impl Survey {
             }
             return None;
         }
-        let next = (self.judged + JUDGED_PER_TICK).min(self.places.len());
+        let at_once = (JUDGED_PER_TICK / self.history.len().max(1)).max(1);
+        let next = (self.judged + at_once).min(self.places.len());
         for place in &mut self.places[self.judged..next] {
             let world_from_robot = seeing.world_from_map * place.pose;
             place.explained = self.history.explained(seeing.matcher, seeing.profile, world_from_robot);
