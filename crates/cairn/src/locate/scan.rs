@@ -176,3 +176,31 @@ fn lidar_beams<'a>(
         })
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_goes_through_walls_speaks_more_against_a_pose_than_what_no_map_shows() {
+        let of = |explained, contradicted| Explained { explained, contradicted, judged: 100 };
+        assert_eq!(of(100, 0).log_likelihood(0.4), 0.0);
+        assert!(of(80, 0).log_likelihood(0.4) < of(90, 0).log_likelihood(0.4));
+        assert!(of(80, 20).log_likelihood(0.4) < 2.0 * of(80, 0).log_likelihood(0.4));
+        assert_eq!((of(80, 4) + of(60, 2)).judged, 200);
+        assert_eq!((of(80, 4) + of(60, 2)).share(), 0.7);
+    }
+
+    #[test]
+    fn the_share_that_chance_may_contradict_shrinks_with_the_number_of_readings() {
+        let of = |judged: usize, percent: usize| Explained {
+            contradicted: judged * percent / 100,
+            judged,
+            explained: 0,
+        };
+        assert!(!of(50, 6).is_contradicted(0.01, 2.0));
+        assert!(of(600, 6).is_contradicted(0.01, 2.0));
+        assert!(!of(600, 1).is_contradicted(0.01, 2.0));
+        assert!(!Explained::default().is_contradicted(0.01, 2.0));
+    }
+}
