@@ -60,14 +60,8 @@ def test_a_kidnapped_robot_notices_and_finds_itself_again(drive, elsewhere):
     start = drive.truth[0]
     rows = play(Localiser(ROOM, P3AT, start=start), drive.part(0, 80).then(elsewhere))
     assert all(row[0] for row in rows[:80])
-    assert not all(row[0] for row in rows[80:230])  # 15 s
+    assert not all(row[0] for row in rows[80:180])  # 10 s
     assert all(row[0] and row[1] < 0.2 for row in rows[-50:])
-
-
-@pytest.mark.xfail(strict=True, reason="by sonar it takes 11 s on this drive")
-def test_a_kidnapping_is_noticed_within_ten_seconds(drive, elsewhere):
-    rows = play(Localiser(ROOM, P3AT, start=drive.truth[0]), drive.part(0, 80).then(elsewhere))
-    assert not all(row[0] for row in rows[80:180])
 
 
 @pytest.mark.parametrize("aside", range(0, 360, 90))

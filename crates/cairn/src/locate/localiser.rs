@@ -38,24 +38,28 @@ pub struct LocaliserConfig {
     /// pose is lost; and none is believed at which it contradicts so many. Things that no map shows make
     /// readings shorter; only a wrong pose makes them go through walls.
     pub lost_contradicted: f64,
-    /// A pose that was searched for is believed only when the map explains this share there …
+    /// A pose that was searched for is believed only when the map explains this share of the last
+    /// readings there …
     pub found_fit: f64,
-    /// … and contradicts no more than chance would have it where this share is contradicted at a right pose …
+    /// … or this one where the robot has a lidar …
+    pub found_fit_lidar: f64,
+    /// … and contradicts no more of them than chance would have it where this share is contradicted at a
+    /// right pose …
     pub found_contradicted: f64,
-    /// … when this share of all weight is around it …
-    pub found_share: f64,
-    /// … when it is known this well \[m\] …
-    pub found_sigma_m: f64,
-    /// … after this way and turn since the search, metres plus radians …
+    /// … after this way and turn since the search began, metres plus radians …
     pub found_way: f64,
-    /// … and when all that was measured on that way is likelier there than at any other place of the
-    /// map by this difference of logarithms.
+    /// … and when all of them together are likelier there than at any other place of the map by this
+    /// difference of logarithms, twice in a row, or by twice this.
     pub found_lead: f64,
+    /// The set of poses is of one mind when this share of its weight is around one place …
+    pub found_share: f64,
+    /// … and that is known this well \[m\].
+    pub found_sigma_m: f64,
     /// When the map explains less than this at the pose, the last readings are searched for elsewhere …
     pub doubt_fit: f64,
     /// … and the pose is given up where they are likelier by this than at the pose.
     pub doubt_lead: f64,
-    /// The set of poses corrects the pose when it is elsewhere by more than this \[m\] …
+    /// A set of poses of one mind corrects the pose when it is elsewhere by more than this \[m\] …
     pub jump_m: f64,
     /// … or this \[rad\] …
     pub jump_rad: f64,
@@ -74,7 +78,8 @@ impl Default for LocaliserConfig {
             fit_s: 1.5,
             lost_fit: 0.4,
             lost_contradicted: 0.08,
-            found_fit: 0.55,
+            found_fit: 0.65,
+            found_fit_lidar: 0.75,
             found_contradicted: 0.01,
             found_share: 0.9,
             found_sigma_m: 0.25,
@@ -99,6 +104,7 @@ impl LocaliserConfig {
             ("lost_fit", self.lost_fit, 0.0, 1.0),
             ("lost_contradicted", self.lost_contradicted, 0.0, 1.0),
             ("found_fit", self.found_fit, 0.0, 1.0),
+            ("found_fit_lidar", self.found_fit_lidar, 0.0, 1.0),
             ("found_contradicted", self.found_contradicted, 0.0, 1.0),
             ("found_share", self.found_share, 0.0, 1.0),
             ("found_sigma_m", self.found_sigma_m, 0.0, 100.0),
@@ -266,7 +272,10 @@ impl Localiser {
             lead: None,
             had_pose: false,
             begun: false,
-            config: *config,
+            config: LocaliserConfig {
+                found_fit: if profile.lidar.is_some() { config.found_fit_lidar } else { config.found_fit },
+                ..*config
+            },
         })
     }
 
