@@ -60,11 +60,6 @@ impl History {
         *self = Self::default();
     }
 
-    /// Forgets all but the last `frames`.
-    pub(super) fn keep_last(&mut self, frames: usize) {
-        self.frames.drain(..self.frames.len().saturating_sub(frames));
-    }
-
     pub(super) fn len(&self) -> usize {
         self.frames.len()
     }
