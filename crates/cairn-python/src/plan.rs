@@ -1,7 +1,7 @@
 use std::sync::{Arc, PoisonError, RwLock};
 
 use cairn::geometry::Point2;
-use cairn::plan::{self, NewCosts, PlanError, PlanOptions, Simd, Steps, Values};
+use cairn::plan::{self, GridPlanner, NewCosts, PlanError, PlanOptions, Simd, Steps, Values};
 use cairn::world::{Cell, Grid, GridGeometry};
 use numpy::ndarray::ArrayView2;
 use numpy::{Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -288,6 +288,35 @@ fn plan_free(
     }))
 }
 
+type PlanCosts<T> =
+    fn(&mut GridPlanner, Grid<T>, &[Cell], &PlanOptions) -> Result<plan::Field, PlanError>;
+
+/// Plans on a grid of costs, copied into the planner's own memory where it can be.
+fn plan_costs<T: Element + Copy + Sync>(
+    py: Python<'_>,
+    costs: &PyReadonlyArray2<'_, T>,
+    goals: Vec<(i64, i64)>,
+    place: Place,
+    options: (bool, Means),
+    copied: fn(&mut GridPlanner, GridGeometry, &[T]) -> Grid<T>,
+    plan: PlanCosts<T>,
+) -> PyResult<GridField> {
+    let geometry = geometry_of(costs, place);
+    let goals = cells_of(goals, &geometry)?;
+    let (corner_cutting, means) = options;
+    let options = options_of(&geometry, corner_cutting, false, means)?;
+    let rows = costs.as_array();
+    solved(py.detach(|| {
+        with_planner(|planner| {
+            let grid = match rows.as_slice() {
+                Some(cells) => copied(planner, geometry, cells),
+                None => Grid::new(geometry, rows.iter().copied().collect()),
+            };
+            plan(planner, grid, &goals, &options)
+        })
+    }))
+}
+
 /// Plans on a float32 grid of costs.
 #[pyfunction]
 fn plan_costs_f32(
@@ -298,19 +327,8 @@ fn plan_costs_f32(
     corner_cutting: bool,
     means: Means,
 ) -> PyResult<GridField> {
-    let geometry = geometry_of(&costs, place);
-    let goals = cells_of(goals, &geometry)?;
-    let options = options_of(&geometry, corner_cutting, false, means)?;
-    let rows = costs.as_array();
-    solved(py.detach(|| {
-        with_planner(|planner| {
-            let grid = match rows.as_slice() {
-                Some(cells) => planner.copied_f32(geometry, cells),
-                None => Grid::new(geometry, rows.iter().copied().collect()),
-            };
-            planner.plan_costs_f32(grid, &goals, &options)
-        })
-    }))
+    let (copied, plan) = (GridPlanner::copied_f32, GridPlanner::plan_costs_f32);
+    plan_costs(py, &costs, goals, place, (corner_cutting, means), copied, plan)
 }
 
 /// Plans on a float64 grid of costs.
@@ -323,19 +341,8 @@ fn plan_costs_f64(
     corner_cutting: bool,
     means: Means,
 ) -> PyResult<GridField> {
-    let geometry = geometry_of(&costs, place);
-    let goals = cells_of(goals, &geometry)?;
-    let options = options_of(&geometry, corner_cutting, false, means)?;
-    let rows = costs.as_array();
-    solved(py.detach(|| {
-        with_planner(|planner| {
-            let grid = match rows.as_slice() {
-                Some(cells) => planner.copied_f64(geometry, cells),
-                None => Grid::new(geometry, rows.iter().copied().collect()),
-            };
-            planner.plan_costs_f64(grid, &goals, &options)
-        })
-    }))
+    let (copied, plan) = (GridPlanner::copied_f64, GridPlanner::plan_costs_f64);
+    plan_costs(py, &costs, goals, place, (corner_cutting, means), copied, plan)
 }
 
 /// The instruction sets that the solver has code for and this processor has, the widest first.

@@ -4,7 +4,7 @@ use cairn::geometry::Pose2;
 use cairn::plan::terrain::{
     AnyTerrainLinks, LinkCost, P3at, P3atEnergyLinks, P3atTimeLinks, TerrainModel, Tobler, ToblerLinks,
 };
-use cairn::plan::{DirectionWeights, PlanError, terrain};
+use cairn::plan::{Cost, DirectionWeights, Field, GridPlanner, PlanError, PlanOptions, terrain};
 use cairn::world::{Cell, Grid, GridGeometry};
 use numpy::ndarray::ArrayView3;
 use numpy::{Element, IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
@@ -172,6 +172,24 @@ fn planes<T: Element + Copy>(weights: ArrayView3<'_, T>) -> (GridGeometry, Vec<T
     (geometry, planes)
 }
 
+type PlanWeights<T> =
+    fn(&mut GridPlanner, &DirectionWeights<'_, T>, &[Cell], &PlanOptions) -> Result<Field, PlanError>;
+
+/// The field of a grid with one cost per move.
+fn plan_weights<T: Cost + Element>(
+    py: Python<'_>,
+    weights: &PyReadonlyArray3<'_, T>,
+    goals: Vec<(i64, i64)>,
+    means: Means,
+    plan: PlanWeights<T>,
+) -> PyResult<GridField> {
+    let (geometry, planes) = planes(weights.as_array());
+    let goals = cells_of(goals, &geometry)?;
+    let options = options_of(&geometry, false, false, means)?;
+    let weights = DirectionWeights::new(geometry, &planes).map_err(|e| to_python(&e))?;
+    solved(py.detach(|| with_planner(|planner| plan(planner, &weights, &goals, &options))))
+}
+
 /// The field of a grid with one float32 cost per move.
 #[pyfunction]
 fn plan_weights_f32(
@@ -180,11 +198,7 @@ fn plan_weights_f32(
     goals: Vec<(i64, i64)>,
     means: Means,
 ) -> PyResult<GridField> {
-    let (geometry, planes) = planes(weights.as_array());
-    let goals = cells_of(goals, &geometry)?;
-    let options = options_of(&geometry, false, false, means)?;
-    let weights = DirectionWeights::new(geometry, &planes).map_err(|e| to_python(&e))?;
-    solved(py.detach(|| with_planner(|planner| planner.plan_weights_f32(&weights, &goals, &options))))
+    plan_weights(py, &weights, goals, means, GridPlanner::plan_weights_f32)
 }
 
 /// The field of a grid with one uint32 cost per move.
@@ -195,11 +209,7 @@ fn plan_weights_u32(
     goals: Vec<(i64, i64)>,
     means: Means,
 ) -> PyResult<GridField> {
-    let (geometry, planes) = planes(weights.as_array());
-    let goals = cells_of(goals, &geometry)?;
-    let options = options_of(&geometry, false, false, means)?;
-    let weights = DirectionWeights::new(geometry, &planes).map_err(|e| to_python(&e))?;
-    solved(py.detach(|| with_planner(|planner| planner.plan_weights_u32(&weights, &goals, &options))))
+    plan_weights(py, &weights, goals, means, GridPlanner::plan_weights_u32)
 }
 
 pub fn register(module: &Bound<'_, PyModule>) -> PyResult<()> {

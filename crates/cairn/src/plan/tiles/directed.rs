@@ -7,41 +7,26 @@ use std::marker::PhantomData;
 use super::SIDE;
 use super::finish::Around;
 use super::lanes::{LANES, Lanes, TileCost};
+use super::sheet::{LINES, PITCH, Sheet};
 use super::sweep::{Line, LineLinks, VECTORS};
 use super::visit::Links;
 use crate::plan::Cost;
 use crate::plan::terrain::DirectedRows;
 use crate::world::GridGeometry;
 
-/// Numbers from one line of costs to the next: a tile's width and a vector of margin on both sides.
-const PITCH: usize = SIDE + 2 * LANES;
-/// Lines of a tile and one around it.
-const LINES: usize = SIDE + 2;
-
 /// Codes of the moves out of a column to the column before it (straight, to the row before, to the one
 /// behind), then of those to the column behind it.
 const BETWEEN_COLS: [usize; 6] = [4, 5, 3, 0, 7, 1];
 
-/// Costs of one move out of the cells of a tile and around it: that of cell (row, col) at
-/// `(row + 1) * PITCH + LANES + col`; or turned about the diagonal.
-#[repr(align(64))]
-struct Plane<T>([T; LINES * PITCH]);
-
-impl<T: TileCost> Plane<T> {
-    fn new() -> Box<Self> {
-        Box::new(Self([T::FAR; LINES * PITCH]))
-    }
-}
-
 /// The links between neighbouring lines of a tile: of a straight move, one aslant to the column before,
 /// one to the column behind; all from the line before, then all from the line behind.
 pub struct DirectedLinks<T> {
-    planes: [Box<Plane<T>>; 6],
+    planes: [Box<Sheet<T>>; 6],
 }
 
 impl<T: TileCost> DirectedLinks<T> {
     fn new() -> Self {
-        Self { planes: std::array::from_fn(|_| Plane::new()) }
+        Self { planes: std::array::from_fn(|_| Sheet::all(T::FAR)) }
     }
 
     /// Sixteen numbers of a plane, which holds them.
@@ -96,7 +81,7 @@ pub struct DirectedDesk<T, N> {
     rows: DirectedLinks<T>,
     cols: DirectedLinks<T>,
     /// The moves along a row, codes 0 and 4.
-    along: [Box<Plane<T>>; 2],
+    along: [Box<Sheet<T>>; 2],
     /// A row of costs in the grid's own numbers.
     row: Box<[N; LINES]>,
 }
@@ -104,7 +89,7 @@ pub struct DirectedDesk<T, N> {
 impl<T, N> DirectedDesk<T, N> {
     /// Costs of the moves with a code, as rows.
     #[inline(always)]
-    fn plane(&self, code: usize) -> &Plane<T> {
+    fn plane(&self, code: usize) -> &Sheet<T> {
         match code {
             0 | 4 => &self.along[code / 4],
             _ => &self.rows.planes[between_rows(code)],
@@ -191,7 +176,7 @@ where
 
     fn desk<L: Lanes<Number = T>>(&self) -> Self::Desk<L> {
         let (rows, cols) = (DirectedLinks::new(), DirectedLinks::new());
-        let (along, row) = (std::array::from_fn(|_| Plane::new()), Box::new([N::UNREACHABLE; LINES]));
+        let (along, row) = (std::array::from_fn(|_| Sheet::all(T::FAR)), Box::new([N::UNREACHABLE; LINES]));
         DirectedDesk { rows, cols, along, row }
     }
 
@@ -256,18 +241,9 @@ where
 
 /// Turns the costs of a tile and of the columns beside it about its diagonal.
 #[inline(always)]
-fn turn<L: Lanes>(from: &Plane<L::Number>, to: &mut Plane<L::Number>) {
-    let inside = |row: usize, col: usize| (row + 1) * PITCH + LANES + col;
-    for row in (0..SIDE).step_by(LANES) {
-        for col in (0..SIDE).step_by(LANES) {
-            // SAFETY: both planes hold the tile; the caller's function has the level of L enabled.
-            unsafe {
-                let (from, to) =
-                    (from.0.as_ptr().add(inside(row, col)), to.0.as_mut_ptr().add(inside(col, row)));
-                L::transpose(from, PITCH, to, PITCH);
-            }
-        }
-    }
+fn turn<L: Lanes>(from: &Sheet<L::Number>, to: &mut Sheet<L::Number>) {
+    // SAFETY: tiles are laid out at the level of L.
+    unsafe { from.turn_tile::<L>(to) };
     for i in 0..SIDE {
         to.0[LANES + i] = from.0[(i + 1) * PITCH + LANES - 1];
         to.0[(LINES - 1) * PITCH + LANES + i] = from.0[(i + 1) * PITCH + LANES + SIDE];

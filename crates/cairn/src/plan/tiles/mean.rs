@@ -8,14 +8,10 @@ use super::bits::Lines;
 use super::creep::{Creep, is_narrow};
 use super::finish::Around;
 use super::lanes::{LANES, Lanes, TileCost};
+use super::sheet::{LINES, PITCH, Sheet};
 use super::sweep::{Dirty, Line, LineLinks, Marks, VECTORS, moved_down, moved_up, settle};
 use super::visit::Links;
 use crate::plan::moves::MOVES;
-
-/// Numbers from one line of costs to the next: a tile's width and a vector of margin on both sides.
-const PITCH: usize = SIDE + 2 * LANES;
-/// Lines of a tile and one around it.
-const LINES: usize = SIDE + 2;
 
 /// A float that cells may cost.
 pub trait CellNumber: TileCost {
@@ -79,18 +75,6 @@ impl<T: CellNumber, const CUT: bool> MeanGrid<'_, T, CUT> {
     }
 }
 
-/// Numbers of the cells of a tile and around it: cell (row, col) at `(row + 1) * PITCH + LANES + col`.
-#[repr(align(64))]
-struct Sheet<T>([T; LINES * PITCH]);
-
-impl<T: TileCost> Sheet<T> {
-    /// The sixteen numbers from `at` on, of which there must be as many.
-    #[inline(always)]
-    unsafe fn at<L: Lanes<Number = T>>(&self, at: usize) -> L {
-        unsafe { L::load(self.0.as_ptr().add(at)) }
-    }
-}
-
 /// The links between the lines of a tile, priced as they are swept: laid out, they would not stay in the
 /// nearest cache.
 pub struct MeanLinks<T, const CUT: bool> {
@@ -101,7 +85,7 @@ pub struct MeanLinks<T, const CUT: bool> {
 
 impl<T: CellNumber, const CUT: bool> MeanLinks<T, CUT> {
     fn new() -> Self {
-        Self { costs: Box::new(Sheet([T::FAR; LINES * PITCH])), free: [0; LINES] }
+        Self { costs: Sheet::all(T::FAR), free: [0; LINES] }
     }
 
     /// Notes which columns are free.
@@ -201,25 +185,8 @@ impl<T: CellNumber, const CUT: bool> Links for MeanGrid<'_, T, CUT> {
     #[inline(always)]
     fn lay_out<L: Lanes<Number = T>>(&self, tile: usize, desk: &mut Self::Desk<L>) {
         self.copy_costs(tile, &mut desk.rows.costs);
-        let (costs, turned) = (&desk.rows.costs.0, &mut desk.cols.costs.0);
-        let inside = |row: usize, col: usize| (row + 1) * PITCH + LANES + col;
-        for row in (0..SIDE).step_by(LANES) {
-            for col in (0..SIDE).step_by(LANES) {
-                // SAFETY: both sheets hold the tile.
-                unsafe {
-                    let (from, to) =
-                        (costs.as_ptr().add(inside(row, col)), turned.as_mut_ptr().add(inside(col, row)));
-                    L::transpose(from, PITCH, to, PITCH);
-                }
-            }
-        }
-        for i in 0..LINES {
-            let (first, last) = (LANES - 1, LANES + SIDE); // columns just outside the tile
-            turned[LANES - 1 + i] = costs[i * PITCH + first];
-            turned[(LINES - 1) * PITCH + LANES - 1 + i] = costs[i * PITCH + last];
-            turned[i * PITCH + first] = costs[LANES - 1 + i];
-            turned[i * PITCH + last] = costs[(LINES - 1) * PITCH + LANES - 1 + i];
-        }
+        // SAFETY: tiles are laid out at the level of L.
+        unsafe { desk.rows.costs.turn::<L>(&mut desk.cols.costs) };
         desk.rows.note_free::<L>();
         desk.cols.note_free::<L>();
         desk.narrow = is_narrow(&desk.rows.free);

@@ -30,6 +30,7 @@ mod registers;
 mod repair;
 mod run;
 mod shadow;
+mod sheet;
 mod slopes;
 #[cfg(target_arch = "x86_64")]
 mod sse2;

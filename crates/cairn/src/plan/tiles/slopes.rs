@@ -11,22 +11,11 @@ use super::SIDE;
 use super::finish::Around;
 use super::lanes::{LANES, Lanes};
 use super::level::Simd;
+use super::sheet::{LINES, PITCH, Sheet};
 use super::sweep::{Line, LineLinks, VECTORS};
 use super::visit::Links;
 use crate::plan::terrain::{LinkCost, TerrainLinks};
 use crate::world::GridGeometry;
-
-/// Numbers from one line to the next: a tile's width and a vector of margin on both sides.
-const PITCH: usize = SIDE + 2 * LANES;
-/// Lines of a tile and one around it.
-const LINES: usize = SIDE + 2;
-/// Numbers of a tile and around it.
-const SHEET: usize = LINES * PITCH;
-
-/// Numbers of the cells of a tile and around it: cell (row, col) at `(row + 1) * PITCH + LANES + col`.
-#[repr(align(64))]
-#[derive(Clone)]
-struct Sheet([f32; SHEET]);
 
 /// A line of a sheet from some column on.
 type Cells = [f32; SIDE];
@@ -34,10 +23,10 @@ type Cells = [f32; SIDE];
 /// What prices are made of.
 #[derive(Clone)]
 struct Ground {
-    heights: Box<Sheet>,
-    roughness: Box<Sheet>,
+    heights: Box<Sheet<f32>>,
+    roughness: Box<Sheet<f32>>,
     /// The bits of the allowed moves, as the bits of a float: turned about the diagonal like one.
-    moves: Box<Sheet>,
+    moves: Box<Sheet<f32>>,
 }
 
 /// Part of a line of each sheet.
@@ -50,7 +39,7 @@ struct Strip<'a> {
 
 impl Ground {
     fn new() -> Self {
-        let sheet = || Box::new(Sheet([0.0; SHEET]));
+        let sheet = || Sheet::all(0.0);
         Self { heights: sheet(), roughness: sheet(), moves: sheet() }
     }
 
@@ -58,7 +47,8 @@ impl Ground {
     #[inline(always)]
     fn strip<'a>(&'a self, line: usize, shift: isize) -> Strip<'a> {
         let at = (line * PITCH + LANES).wrapping_add_signed(shift);
-        let part = |sheet: &'a Sheet| sheet.0[at..].first_chunk().expect("a line reaches behind the tile");
+        let part =
+            |sheet: &'a Sheet<f32>| sheet.0[at..].first_chunk().expect("a line reaches behind the tile");
         Strip { heights: part(&self.heights), roughness: part(&self.roughness), moves: part(&self.moves) }
     }
 }
@@ -305,29 +295,6 @@ fn fetch<T>(numbers: &[T], at: usize) {
     let _ = (numbers, at);
 }
 
-/// Turns a tile and the cells around it about its diagonal.
-#[inline(always)]
-fn turn<L: Lanes<Number = f32>>(from: &Sheet, to: &mut Sheet) {
-    let inside = |row: usize, col: usize| (row + 1) * PITCH + LANES + col;
-    for row in (0..SIDE).step_by(LANES) {
-        for col in (0..SIDE).step_by(LANES) {
-            // SAFETY: both sheets hold the tile; the caller's function has the level of L enabled.
-            unsafe {
-                let (from, to) =
-                    (from.0.as_ptr().add(inside(row, col)), to.0.as_mut_ptr().add(inside(col, row)));
-                L::transpose(from, PITCH, to, PITCH);
-            }
-        }
-    }
-    for i in 0..LINES {
-        let (first, last) = (LANES - 1, LANES + SIDE); // columns just outside the tile
-        to.0[LANES - 1 + i] = from.0[i * PITCH + first];
-        to.0[(LINES - 1) * PITCH + LANES - 1 + i] = from.0[i * PITCH + last];
-        to.0[i * PITCH + first] = from.0[LANES - 1 + i];
-        to.0[i * PITCH + last] = from.0[(LINES - 1) * PITCH + LANES - 1 + i];
-    }
-}
-
 impl<M: LinkCost> Links for TerrainLinks<'_, M> {
     type Number = f32;
     type Desk<L: Lanes<Number = f32>> = SlopeDesk<M>;
@@ -345,10 +312,13 @@ impl<M: LinkCost> Links for TerrainLinks<'_, M> {
     fn lay_out<L: Lanes<Number = f32>>(&self, tile: usize, desk: &mut Self::Desk<L>) {
         self.copy(tile, &mut desk.rows.ground);
         let (rows, cols) = (&desk.rows.ground, &mut desk.cols.ground);
-        turn::<L>(&rows.heights, &mut cols.heights);
-        turn::<L>(&rows.moves, &mut cols.moves);
-        if M::USES_ROUGHNESS {
-            turn::<L>(&rows.roughness, &mut cols.roughness);
+        // SAFETY: tiles are laid out at the level of L.
+        unsafe {
+            rows.heights.turn::<L>(&mut cols.heights);
+            rows.moves.turn::<L>(&mut cols.moves);
+            if M::USES_ROUGHNESS {
+                rows.roughness.turn::<L>(&mut cols.roughness);
+            }
         }
         desk.rows.priced.set(0);
         desk.cols.priced.set(0);
