@@ -10,6 +10,7 @@ from hypothesis.extra.numpy import arrays
 import cairn
 from cairn.robots import Box, KinematicRobot, Scene
 from cairn.robots import rectangles as rect
+from cairn.robots.robot import Pose
 from robot_contract import EXACT, NOWHERE, P3AT, room
 
 LENGTHS = st.floats(0.05, 3.0)
@@ -166,3 +167,46 @@ def test_a_lidar_reads_every_beam_to_the_walls():
     ranges = KinematicRobot(profile, room(), (0.0, 0.0, 0.0), noise=EXACT).sense().ranges_m
     assert ranges.shape == (20,)
     assert ranges[16:] == pytest.approx([math.inf, 4.0, math.inf, 4.0])
+
+
+def pushed(*x, start_s=1.0):
+    """A thing of 0.4 m moved along x, a step a second, and taken away."""
+    return [
+        Box(at, 0.0, 0.4, 0.4, name="trolley", from_s=i and start_s + i, until_s=start_s + i + 1.0)
+        for i, at in enumerate(x)
+    ]
+
+
+def stage_of(boxes):
+    return Scene.from_world(cairn.World(np.zeros((100, 200), np.uint8)), boxes).stage()
+
+
+def standing(stage):
+    return [stage.scene.boxes[i].x for i in np.flatnonzero(stage.standing)]
+
+
+def test_a_thing_that_is_moved_stands_in_one_place_at_every_time_and_goes_in_the_end():
+    stage = stage_of(pushed(2.0, 2.5, 3.0))
+    seen = []
+    for tick in range(60):
+        stage.update(tick * 0.1, ())
+        seen.append(standing(stage))
+    assert seen[0] == seen[19] == [2.0]
+    assert seen[20] == [2.5]
+    assert seen[39] == [3.0]
+    assert seen[40:] == [[]] * 20
+
+
+def test_a_thing_that_is_moved_waits_for_a_robot_and_is_late_by_that():
+    stage = stage_of(pushed(2.0, 2.5, 3.0))
+    footprint = P3AT.footprint
+    in_the_way, away = Pose(2.9, 0.0, 0.0), Pose(9.0, 0.0, 0.0)
+    for tick in range(60):
+        stage.update(tick * 0.1, [(in_the_way, footprint)])
+        assert standing(stage) == [2.0]
+    stage.update(6.0, [(away, footprint)])
+    assert standing(stage) == [2.5]
+    stage.update(6.9, [(away, footprint)])
+    assert standing(stage) == [2.5]
+    stage.update(7.0, [(away, footprint)])
+    assert standing(stage) == [3.0]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from cairn.missions.traps import Trap, traps
 from cairn.strict_json import plain
 
 if TYPE_CHECKING:
@@ -166,6 +167,11 @@ class RobotResult:
     trace: Trace
 
     @property
+    def traps(self) -> list[Trap]:
+        """Where it could not go on as it did, and how long until it was out."""
+        return traps(self.recoveries, self.trace.time_s, self.trace.truth)
+
+    @property
     def sentence(self) -> str:
         """The first goal that did not end as expected; else expected refusals and the last goal."""
         if not self.goals:
@@ -197,6 +203,7 @@ class RobotResult:
                 "effort": self.effort,
                 "transitions": [transition.to_dict() for transition in self.transitions],
                 "recoveries": [recovered.to_dict() for recovered in self.recoveries],
+                "traps": [trap.to_dict() for trap in self.traps],
             }
         )
 
@@ -252,6 +259,7 @@ class Result:
         """Return the headline numbers: of the first robot where each has its own."""
         first = self.robots[0]
         ends = [goal for robot in self.robots for goal in robot.goals]
+        trapped_s = [trap.seconds for robot in self.robots for trap in robot.traps]
         errors = [goal.error_m for goal in ends if goal.error_m is not None]
         return tidy(
             {
@@ -273,6 +281,8 @@ class Result:
                 "plan_count": sum(robot.plan_count for robot in self.robots),
                 "transitions": sum(len(robot.transitions) for robot in self.robots),
                 "recoveries": sum(len(robot.recoveries) for robot in self.robots),
+                "traps": len(trapped_s),
+                "trapped_most_s": max(trapped_s, default=0.0),
             }
         )
 

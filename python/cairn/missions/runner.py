@@ -512,7 +512,7 @@ class Follower:
             goals=self.goals,
             transitions=self.transitions,
             recoveries=self.recoveries,
-            contacts=[*map(_contact, self.agent.robot.contacts), *self.meetings],
+            contacts=[*(_contact(c, trace) for c in self.agent.robot.contacts), *self.meetings],
             plan_count=self.agent.navigator.plan_count,
             path_length_m=self.driven_m,
             planned_length_m=sum(planned) if planned else None,
@@ -588,8 +588,16 @@ def _is_slow(velocity: Any) -> bool:
     return abs(velocity.linear_mps) < REST_MPS and abs(velocity.angular_radps) < REST_RADPS
 
 
-def _contact(contact: Any) -> dict[str, Any]:
-    return {"time_s": float(contact.time_s), "name": str(contact.name)}
+def _contact(contact: Any, trace: Trace) -> dict[str, Any]:
+    """Tell a contact, with how fast the robot itself moved in the tick before, by truth."""
+    after = int(np.searchsorted(trace.time_s, contact.time_s))
+    now, before = trace.truth[max(after - 1, 0)], trace.truth[max(after - 2, 0)]
+    return {
+        "time_s": float(contact.time_s),
+        "name": str(contact.name),
+        "speed_mps": math.dist(now[:2], before[:2]) / TICK_S,
+        "turn_radps": abs(math.remainder(now[2] - before[2], math.tau)) / TICK_S,
+    }
 
 
 def _apart_m(one: Any, other: Any) -> float:

@@ -49,6 +49,9 @@ class Box:
         appears_within_m: appears for good once a robot's centre is this near to `appears_near`
             (by default its own centre). A box never appears onto a robot: it waits for the place
             to be free.
+
+    Boxes of one name of which each begins when the one before ends are one thing that is moved:
+    it stays where it is while it would come nearer than `MOVED_GAP_M` to a robot, and is late then.
     """
 
     x: float
@@ -152,6 +155,41 @@ class Scene:
         return float(rect.distances(outline, everything).min(initial=math.inf))
 
 
+MOVED_GAP_M = 0.05
+"""Whoever moves a thing does not push it nearer to a robot than this."""
+
+
+@dataclass
+class _Moved:
+    """A thing that is moved: its places in order, at which it is (-1: not there yet), its delay."""
+
+    places: list[int]
+    at: int = -1
+    late_s: float = 0.0
+    waits: bool = False
+
+
+def _chains(boxes: Sequence[Box]) -> list[list[int]]:
+    """Boxes of one name of which each begins when the one before ends, two and more."""
+    begins = {
+        (box.name, round(box.from_s, 6)): i
+        for i, box in enumerate(boxes)
+        if box.appears_within_m is None
+    }
+    after = {
+        i: begins[box.name, round(box.until_s, 6)]
+        for i, box in enumerate(boxes)
+        if box.appears_within_m is None and (box.name, round(box.until_s, 6)) in begins
+    }
+    chains = []
+    for first in after.keys() - set(after.values()):
+        chain = [first]
+        while chain[-1] in after:
+            chain.append(after[chain[-1]])
+        chains.append(chain)
+    return sorted(chains)
+
+
 class Stage:
     """A scene during a run: which boxes stand now.
 
@@ -170,6 +208,8 @@ class Stage:
         self._boxes = np.array([b.rectangle for b in scene.boxes]).reshape(-1, 6)
         self._triggered = np.array([b.appears_within_m is None for b in scene.boxes], dtype=bool)
         self.standing = np.zeros(len(scene.boxes), dtype=bool)
+        self._moved = [_Moved(chain) for chain in _chains(scene.boxes)]
+        self._chained = {i for moved in self._moved for i in moved.places}
         self._assemble()
         self.update(0.0, ())
 
@@ -208,8 +248,10 @@ class Stage:
     def update(self, time_s: float, robots: Sequence[tuple[Pose, Footprint]]) -> bool:
         """Let boxes come and go. True when one did."""
         before = self.standing.copy()
+        for moved in self._moved:
+            self._move(moved, time_s, robots)
         for i, box in enumerate(self.boxes):
-            if self.gone[i]:
+            if self.gone[i] or i in self._chained:
                 continue
             if not self._triggered[i]:
                 x, y = box.appears_near or (box.x, box.y)
@@ -218,17 +260,38 @@ class Stage:
             # A tenth of a microsecond: clocks are sums of steps.
             wanted = self._triggered[i] and box.from_s <= time_s + 1e-7 < box.until_s
             if wanted and not self.standing[i]:
-                free = all(
-                    rect.distances(outline_at(p, f), self._boxes[i : i + 1])[0] > 0
-                    for p, f in robots
-                )
-                self.standing[i] = free
+                self.standing[i] = self._is_free(i, 0.0, robots)
             elif not wanted:
                 self.standing[i] = False
         changed = bool((before != self.standing).any())
         if changed:
             self._assemble()
         return changed
+
+    def _move(self, moved: _Moved, time_s: float, robots: Sequence[tuple[Pose, Footprint]]) -> None:
+        """Move a thing on as far as its time says and robots let it."""
+        while moved.at < len(moved.places) and not self.gone[moved.places[0]]:
+            now = self.scene.boxes[moved.places[moved.at]] if moved.at >= 0 else None
+            due_s = self.scene.boxes[moved.places[0]].from_s if now is None else now.until_s
+            if time_s + 1e-7 < due_s + moved.late_s:
+                return
+            after = moved.at + 1
+            last = after == len(moved.places)
+            if not last and not self._is_free(moved.places[after], MOVED_GAP_M, robots):
+                moved.waits = True
+                return
+            if moved.waits:
+                moved.late_s, moved.waits = time_s - due_s, False
+            if now is not None:
+                self.standing[moved.places[moved.at]] = False
+            if not last:
+                self.standing[moved.places[after]] = True
+            moved.at = after
+
+    def _is_free(self, i: int, gap_m: float, robots: Sequence[tuple[Pose, Footprint]]) -> bool:
+        """Whether box `i` would stand farther than `gap_m` from every robot."""
+        place = self._boxes[i : i + 1]
+        return all(rect.distances(outline_at(p, f), place)[0] > gap_m for p, f in robots)
 
     def _assemble(self) -> None:
         boxes = self._boxes[self.standing]

@@ -198,6 +198,27 @@ impl Cvm {
             .is_clear(&outline, &nearest_first)
     }
 
+    /// As [`Cvm::keeps_clear`], held to hardly more than no touch: for motions worked out with their margin.
+    pub fn keeps_off(
+        &self,
+        current: Twist2,
+        pending: Twist2,
+        command: Twist2,
+        obstacles_in_robot: &[Point2],
+        dt_s: f64,
+    ) -> bool {
+        let nearest_first = self.nearest_first(obstacles_in_robot);
+        let start = self.limits.reachable(current, pending, self.config.latency_s);
+        let window = Window::reachable(&self.limits, start, dt_s);
+        let seen = Seen { current, pending, start, dt_s, window, nearest_first: &nearest_first };
+        let held_to = self.body.grown(self.config.obstacle_radius_m + self.config.least_clearance_m / 2.0);
+        let already_nearer = nearest_first.iter().any(|&(_, p)| held_to.contains(p));
+        if already_nearer {
+            return self.can_stop(command, &seen);
+        }
+        self.motion(command, &seen).is_clear(&held_to, &nearest_first)
+    }
+
     fn drive_or_turn(&self, record: &mut AvoidanceRecord, seen: &Seen) {
         let Seen { current, dt_s, window, nearest_first, .. } = *seen;
         record.intervals = self.fan.free_arcs(nearest_first).intervals;

@@ -52,11 +52,12 @@ impl Navigator {
         self.lidar.is_some() && to_goal && planless
     }
 
-    /// Centres of the occupied cells that any motion could meet, robot frame \[m\].
+    /// Centres of the occupied cells that any motion could meet, and what is heard near, robot frame \[m\].
     pub(super) fn obstacles_in_robot(&self, pose: Pose2) -> Vec<Point2> {
         let robot_from_world = pose.inverse();
         let reach_m = self.config.avoidance.horizon_m + self.profile.footprint.circumscribed_radius_m();
-        self.map.occupied_near(pose.position(), reach_m).into_iter().map(|p| robot_from_world * p).collect()
+        let seen = self.map.occupied_near(pose.position(), reach_m).into_iter();
+        seen.chain(self.heard_near()).map(|point| robot_from_world * point).collect()
     }
 
     /// `twist`, no faster than can be stopped inside what was seen.
@@ -73,7 +74,7 @@ impl Navigator {
 
 /// The farthest point down the field from `position` that is seen straight, up to [`AHEAD_M`];
 /// None where the field leads nowhere.
-fn down_the_field(field: &WorldField, position: Point2) -> Option<Point2> {
+pub(super) fn down_the_field(field: &WorldField, position: Point2) -> Option<Point2> {
     let geometry = field.geometry();
     let mut cell = geometry.cell_at(position)?;
     let mut target = None;

@@ -3,6 +3,7 @@ use serde::{Deserialize, Serialize};
 use super::caution::CautionConfig;
 use super::keeping::KeepingConfig;
 use super::lidar::LidarConfig;
+use super::manoeuvre::ManoeuvreConfig;
 use super::stall::StallConfig;
 use super::trap::TrapConfig;
 use crate::avoid::CvmConfig;
@@ -28,8 +29,12 @@ pub struct NavigatorConfig {
     pub off_path_m: f64,
     /// How far a start inside the margin may be from the nearest free place \[m\].
     pub escape_m: f64,
-    /// Before a goal is refused, what was seen from farther away than this is doubted once \[m\].
+    /// Before a goal is refused, what the map did not show and was seen farther away than this is doubted \[m\],
     pub doubt_m: f64,
+    /// and if that does not help, so is what stands nearer, down to this \[m\]:
+    pub doubt_near_m: f64,
+    /// so often in a task. What is really there is seen again on the way.
+    pub doubts: u32,
     /// Plans from about the same place, without getting nearer to the goal, before giving up.
     pub fruitless_plans: u32,
     /// Side of a map cell when there is no map to begin with \[m\].
@@ -79,6 +84,8 @@ pub struct NavigatorConfig {
     pub trap: TrapConfig,
     /// Held by what no sensor shows.
     pub stall: StallConfig,
+    /// Turns and straight pieces out of a tight place.
+    pub manoeuvre: ManoeuvreConfig,
     /// What gives the heading of (7) while going around something on a planned way.
     pub head_by: HeadBy,
     /// Driving by lidar where no map is given.
@@ -136,6 +143,8 @@ impl Default for NavigatorConfig {
             off_path_m: 0.6,
             escape_m: 1.0,
             doubt_m: 2.0,
+            doubt_near_m: 0.6,
+            doubts: 3,
             fruitless_plans: 4,
             resolution_m: 0.05,
             open_margin_m: 4.0,
@@ -158,6 +167,7 @@ impl Default for NavigatorConfig {
             keeping: KeepingConfig::default(),
             trap: TrapConfig::default(),
             stall: StallConfig::default(),
+            manoeuvre: ManoeuvreConfig::default(),
             head_by: HeadBy::default(),
             lidar: LidarConfig::default(),
         }
@@ -203,6 +213,7 @@ impl NavigatorConfig {
             ("trap.detour_m", self.trap.detour_m),
             ("trap.detour_s", self.trap.detour_s),
             ("keeping.shut_s", self.keeping.shut_s),
+            ("keeping.again_s", self.keeping.again_s),
             ("keeping.short_detour", self.keeping.short_detour),
             ("keeping.near_m", self.keeping.near_m),
             ("keeping.sure_s", self.keeping.sure_s),
@@ -219,6 +230,18 @@ impl NavigatorConfig {
             ("stall.back_off_mps", self.stall.back_off_mps),
             ("stall.silent_s", self.stall.silent_s),
             ("stall.wait_s", self.stall.wait_s),
+            ("manoeuvre.stands_s", self.manoeuvre.stands_s),
+            ("manoeuvre.stands_m", self.manoeuvre.stands_m),
+            ("manoeuvre.stands_rad", self.manoeuvre.stands_rad),
+            ("manoeuvre.reach_m", self.manoeuvre.reach_m),
+            ("manoeuvre.gain", self.manoeuvre.gain),
+            ("manoeuvre.mills_m", self.manoeuvre.mills_m),
+            ("manoeuvre.mills_s", self.manoeuvre.mills_s),
+            ("manoeuvre.clearance_m", self.manoeuvre.clearance_m),
+            ("manoeuvre.least_clearance_m", self.manoeuvre.least_clearance_m),
+            ("manoeuvre.speed_mps", self.manoeuvre.speed_mps),
+            ("manoeuvre.turn_radps", self.manoeuvre.turn_radps),
+            ("doubt_near_m", self.doubt_near_m),
         ]
         .into_iter()
         .find(|(_, value)| !(value.is_finite() && *value > 0.0))

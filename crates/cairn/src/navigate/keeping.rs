@@ -19,8 +19,10 @@ use crate::world::{Cell, CostChanges, GridGeometry, KeptCosts};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct KeepingConfig {
-    /// A way seen shut for this long is walked anew \[s\] ...
+    /// A way seen shut for this long is walked anew \[s\],
     pub shut_s: f64,
+    /// and at most once in this time \[s\] ...
+    pub again_s: f64,
     /// ... if that costs at most this much more. A longer detour asks for more:
     pub short_detour: f64,
     /// it must be shut this near ahead of the robot \[m\],
@@ -43,6 +45,7 @@ impl Default for KeepingConfig {
     fn default() -> Self {
         Self {
             shut_s: 0.3,
+            again_s: 1.0,
             short_detour: 1.5,
             near_m: 1.5,
             sure_s: 1.0,
@@ -89,6 +92,8 @@ pub(super) struct Keeper {
     pub to_go: Vec<f64>,
     shut_for_s: f64,
     cheaper_for_s: f64,
+    /// Since the way was walked \[s\].
+    walked_s: f64,
     /// Changes to a cheaper way, or to a long detour, in this task.
     pub switches: u32,
 }
@@ -229,6 +234,7 @@ impl Navigator {
         self.keeper.to_go = self.waypoints.iter().map(to_go).collect();
         self.keeper.shut_for_s = 0.0;
         self.keeper.cheaper_for_s = 0.0;
+        self.keeper.walked_s = 0.0;
     }
 
     /// Is the way still open, and still about the cheapest? If not, and for long enough, it is walked anew.
@@ -239,12 +245,13 @@ impl Navigator {
         }
         let config = self.config.keeping;
         let next = self.next_waypoint();
+        self.keeper.walked_s += dt_s;
         match field.way_cost(pose.position(), &self.waypoints[next..]) {
             Err(ahead_m) => {
                 self.keeper.cheaper_for_s = 0.0;
                 self.keeper.shut_for_s += dt_s;
                 let shut_for_s = self.keeper.shut_for_s;
-                if shut_for_s < config.shut_s {
+                if shut_for_s < config.shut_s || self.keeper.walked_s < config.again_s {
                     return Minded::Stays;
                 }
                 let before = self.keeper.to_go[next] + pose.position().distance(self.waypoints[next]);
@@ -294,7 +301,7 @@ impl Navigator {
     }
 
     /// What is left to pay from the robot, or from the nearest place where something is known of it.
-    fn to_go_from(&self, pose: Pose2) -> f64 {
+    pub(super) fn to_go_from(&self, pose: Pose2) -> f64 {
         let Some(field) = &self.field else { return f64::INFINITY };
         let here = field.cost_to_go(pose.position()).unwrap_or(f64::INFINITY);
         if here.is_finite() {

@@ -3,6 +3,7 @@
 use super::act::braking;
 use super::backing::Backing;
 use super::config::{NavigatorConfig, PathShape};
+use super::echoes::Echo;
 use super::error::NavigateError;
 use super::keeping::Keeper;
 use super::lidar::LidarSense;
@@ -13,6 +14,7 @@ use super::recovery::{Recovery, Remedy};
 use super::stall::StallWatch;
 use super::strategy::{Event, Mode, Strategy};
 use super::trap::TrapWatch;
+use super::wedged::{Manoeuvre, StandWatch};
 use crate::avoid::{AvoidanceRecord, Cvm, CvmConfig};
 use crate::geometry::{Point2, Pose2, Twist2};
 use crate::locate::{MapMatcher, Odometry, WheelTravel};
@@ -97,6 +99,12 @@ pub struct Navigator {
     pub(super) keeper: Keeper,
     pub(super) stall: StallWatch,
     pub(super) backing: Option<Backing>,
+    pub(super) stands: StandWatch,
+    pub(super) manoeuvre: Option<Manoeuvre>,
+    /// Heard now, or just before, and not explained by the given map.
+    pub(super) echoes: Vec<Echo>,
+    /// Where its motors were silent last, and how often in a row.
+    pub(super) silent: Option<(Point2, u32)>,
     /// Where its wheels stood, and turned backwards then.
     pub(super) held_at: Option<Point2>,
     /// At rest, the motors, or what shuts the way, are waited for this long \[s\].
@@ -196,6 +204,10 @@ impl Navigator {
             keeper: Keeper::default(),
             stall: StallWatch::new(config.stall, &profile),
             backing: None,
+            stands: StandWatch::default(),
+            manoeuvre: None,
+            echoes: Vec::new(),
+            silent: None,
             held_at: None,
             waiting_s: 0.0,
             waiting_for_way: false,
@@ -279,7 +291,8 @@ impl Navigator {
         self.task = Some(task);
         self.status = TaskStatus::Driving;
         self.plan_wanted = false;
-        self.doubts = 1;
+        self.doubts = self.config.doubts;
+        self.stands.forget();
         self.fruitless = 0;
         self.planned_at = None;
         self.waiting_s = 0.0;
@@ -325,6 +338,7 @@ impl Navigator {
         }
         probe(TickPart::Keep);
         let pose = self.odometry.pose();
+        self.listen(pose, input.ranges_m, input.dt_s);
 
         let mode_before = self.mode;
         let (event, mut percept) = self.perceive(stalled, input.wheels, input.dt_s);
@@ -344,8 +358,8 @@ impl Navigator {
                 percept.recovery = self.rewalk_if_off_path(pose).or(percept.recovery);
                 let record = self.tracker.step(pose, measured, input.dt_s);
                 let obstacles = self.obstacles_in_robot(pose);
-                self.unsafe_command =
-                    !self.cvm.keeps_clear(measured, self.commanded, record.twist, &obstacles, input.dt_s);
+                self.unsafe_command = !self.has_room_for(record.twist, &obstacles)
+                    || !self.cvm.keeps_clear(measured, self.commanded, record.twist, &obstacles, input.dt_s);
                 let twist = if self.unsafe_command {
                     let bearing_rad = record.target.map_or(0.0, |target| pose.bearing_to(target));
                     let instead = self.cvm.choose_after(
@@ -370,17 +384,22 @@ impl Navigator {
                     backing = Some(record);
                     twist
                 }
-                None => {
-                    let record = self.avoid(pose, measured, input.dt_s);
-                    let twist = record.twist;
-                    avoidance = Some(record);
-                    twist
-                }
+                None => match self.manoeuvre_on(pose, measured, input.dt_s) {
+                    Some(twist) => twist,
+                    None => {
+                        let record = self.avoid(pose, measured, input.dt_s);
+                        let twist = record.twist;
+                        avoidance = Some(record);
+                        twist
+                    }
+                },
             },
         };
 
         let (twist, caution) =
             if self.guided() { (twist, None) } else { self.within_sight(pose, twist, input.dt_s) };
+        let (twist, held) = self.within_hearing(pose, twist, input.dt_s);
+        let caution = held.or(caution);
         self.commanded = twist;
         self.tracker.overridden(twist);
 
@@ -398,6 +417,7 @@ impl Navigator {
             recovery: percept.recovery.as_ref(),
             waiting: (self.waiting_s > 0.0).then_some(self.waiting_for_way),
             settling: self.settling(),
+            manoeuvring: self.manoeuvre.is_some(),
             position: pose.position(),
             waypoint_index,
             intermediate,

@@ -22,6 +22,13 @@ const DIAGONALS: f64 = 1.1;
 /// A waypoint within this bearing is faced \[rad\].
 const AHEAD_RAD: f64 = 0.6;
 
+/// A robot that moved less than this since its motors were silent stands there still \[m\].
+const SAME_STAND_M: f64 = 0.2;
+/// The wait for the motors doubles so often.
+const MOST_DOUBLINGS: u32 = 3;
+/// Slower on than this, and turning faster, is a turn on the spot \[m/s, rad/s\].
+const SPIN: Twist2 = Twist2::new(0.05, 0.3);
+
 /// What the robot perceived this tick, before it is reduced to an event.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Percept {
@@ -75,11 +82,24 @@ impl Navigator {
         if let Some(cause) = stalled {
             self.begin_backing(self.odometry.pose(), cause);
             if self.mode == Mode::PathTracking && !self.waypoints.is_empty() {
-                let position = self.odometry.pose().position();
-                self.intermediate = Some(self.first_beyond(position, 2.0 * self.config.intermediate_reach_m));
+                self.head_beyond(self.odometry.pose().position());
             }
+            self.manoeuvre = None;
             percept.recovery = Some(cause.remedied());
             return Some(Event::Stalled);
+        }
+        if self.manoeuvre.is_some() && self.mode == Mode::ObstacleAvoidance {
+            let position = self.odometry.pose().position();
+            return Some(if self.arrived(position) { Event::Arrived } else { Event::Nothing });
+        }
+        if self.backing.is_none() && !self.waypoints.is_empty() && !self.guided() {
+            let cause = self.wedged(dt_s)?;
+            percept.recovery = Some(cause.remedied());
+            if self.mode == Mode::ObstacleAvoidance {
+                return Some(Event::Nothing);
+            }
+            self.head_beyond(self.odometry.pose().position());
+            return Some(Event::ObstacleAhead);
         }
         self.backing?;
         match self.back_on(wheels, dt_s) {
@@ -90,12 +110,23 @@ impl Navigator {
             }
             Backed::Silent(recovery) => {
                 percept.recovery = Some(recovery);
-                self.waiting_s = self.config.stall.wait_s;
+                self.waiting_s = self.wait_for_motors_s();
                 self.waiting_for_way = false;
                 self.planned_at = None;
                 Some(Event::LocalMinimum)
             }
         }
+    }
+
+    /// Motors that are silent again, where they were before, are waited for twice as long.
+    fn wait_for_motors_s(&mut self) -> f64 {
+        let at = self.odometry.pose().position();
+        let times = match self.silent {
+            Some((before, times)) if before.distance(at) < SAME_STAND_M => times + 1,
+            _ => 0,
+        };
+        self.silent = Some((at, times));
+        self.config.stall.wait_s * f64::from(1u32 << times.min(MOST_DOUBLINGS))
     }
 
     /// The cause of an event that asks for a recovery.
@@ -166,7 +197,9 @@ impl Navigator {
         }
         let way = self.look(position, self.next_waypoint());
         let is_unsafe = std::mem::take(&mut self.unsafe_command);
-        self.unsafe_for_s = if is_unsafe { self.unsafe_for_s + dt_s } else { 0.0 };
+        // A safe command now and then does not make a safe way.
+        let change_s = if is_unsafe { dt_s } else { -dt_s / 2.0 };
+        self.unsafe_for_s = (self.unsafe_for_s + change_s).max(0.0);
         let event = match (way.blocked, way.free_beyond) {
             (Some(_), Some(free)) => {
                 self.intermediate = Some(free);
@@ -174,8 +207,7 @@ impl Navigator {
             }
             (Some(_), None) => Event::AllWaypointsBlocked,
             (None, _) if self.unsafe_for_s >= self.config.unsafe_s => {
-                let ahead = self.first_beyond(position, 2.0 * self.config.intermediate_reach_m);
-                self.intermediate = Some(ahead);
+                self.head_beyond(position);
                 Event::ObstacleAhead
             }
             (None, _) if trap.revisited.is_some() => Event::RegionVisitedTwice,
@@ -353,6 +385,19 @@ impl Navigator {
         (next..self.waypoints.len())
             .find(|&i| position.distance(self.waypoints[i]) >= distance_m)
             .unwrap_or(self.waypoints.len() - 1)
+    }
+
+    /// Heads for a waypoint that is not quite near.
+    pub(super) fn head_beyond(&mut self, position: Point2) {
+        self.intermediate = Some(self.first_beyond(position, 2.0 * self.config.intermediate_reach_m));
+    }
+
+    /// A turn on the spot needs room for the corners.
+    pub(super) fn has_room_for(&self, twist: Twist2, obstacles_in_robot: &[Point2]) -> bool {
+        let turns =
+            twist.linear_mps.abs() < SPIN.linear_mps && twist.angular_radps.abs() > SPIN.angular_radps;
+        let turning_m = self.profile.footprint.circumscribed_radius_m() + self.config.clearance_m;
+        !turns || obstacles_in_robot.iter().all(|obstacle| obstacle.norm() >= turning_m)
     }
 
     pub(super) fn next_waypoint(&self) -> usize {

@@ -68,6 +68,12 @@ impl Navigator {
             self.intermediate = None;
             self.backing = None;
         }
+        if mode != Mode::ObstacleAvoidance {
+            self.manoeuvre = None;
+        }
+        if matches!(mode, Mode::Stop | Mode::PathPlanning) {
+            self.stands.restart();
+        }
         if entered {
             self.nearest = None;
             self.unsafe_for_s = 0.0;
@@ -80,15 +86,26 @@ impl Navigator {
         let shared = self.field.is_some() && self.shared;
         let mut result = self.solve_and_walk();
         let mut doubted = false;
-        if matches!(result, Err(Refusal::NoPath | Refusal::GoalBlocked { .. })) && self.doubts > 0 {
-            let far = self.map.forget_unmapped(self.odometry.pose().position(), self.config.doubt_m);
-            let forgotten = far + self.map.forget_felt();
-            if forgotten > 0 {
-                self.doubts -= 1;
-                doubted = true;
+        for beyond_m in [self.config.doubt_m, self.config.doubt_near_m] {
+            let refused = matches!(
+                result,
+                Err(Refusal::NoPath
+                    | Refusal::StartBlocked
+                    | Refusal::GoalBlocked { .. }
+                    | Refusal::NoProgress { .. })
+            );
+            if !refused || self.doubts == 0 {
+                break;
+            }
+            let seen = self.map.forget_unmapped(self.odometry.pose().position(), beyond_m);
+            if seen + self.map.forget_felt() > 0 {
+                self.fruitless = 0;
+                self.planned_at = None;
                 result = self.solve_and_walk();
+                doubted = result.is_ok();
             }
         }
+        self.doubts -= u32::from(doubted);
         if matches!(self.task, Some(Task::Explore)) && result == Err(Refusal::NoPath) {
             result = Err(Refusal::NothingLeftToExplore);
         }

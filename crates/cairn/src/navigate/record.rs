@@ -158,6 +158,7 @@ pub(super) struct Story<'a> {
     /// Waiting: for what shuts the way to leave, or else for the motors.
     pub waiting: Option<bool>,
     pub settling: bool,
+    pub manoeuvring: bool,
     pub position: Point2,
     pub waypoint_index: Option<usize>,
     pub intermediate: Option<usize>,
@@ -168,6 +169,13 @@ impl Story<'_> {
     fn walks_anew(&self) -> Option<String> {
         let recovery = self.recovery.filter(|recovery| recovery.remedy == Remedy::WalkAnew)?;
         Some(format!("{}: the repaired field is walked anew from here", recovery.cause.words()))
+    }
+
+    /// The manoeuvre that begins in this tick, if one does.
+    fn manoeuvres(&self) -> Option<String> {
+        let recovery = self.recovery.filter(|recovery| recovery.remedy == Remedy::Manoeuvre)?;
+        let Cause::Wedged { legs, .. } = recovery.cause else { return None };
+        Some(format!("{}; manoeuvring out in {legs} legs", recovery.cause.words()))
     }
 
     /// Mode and reason in words a person would use.
@@ -185,6 +193,10 @@ impl Story<'_> {
             None => "something the plan did not know stands on the way".to_owned(),
         };
         let head = match self.reason {
+            Reason::ObstacleOnPath | Reason::Avoiding if self.manoeuvres().is_some() => {
+                self.manoeuvres().unwrap_or_default()
+            }
+            Reason::Avoiding if self.manoeuvring => "manoeuvring out of a tight place".to_owned(),
             Reason::FollowingPath | Reason::Avoiding if self.walks_anew().is_some() => {
                 self.walks_anew().unwrap_or_default()
             }

@@ -54,6 +54,13 @@ pub enum Cause {
         /// How far they went meanwhile \[m\].
         path_m: f64,
     },
+    /// It stands, though nothing holds it: no motion that it may make from here leads on.
+    Wedged {
+        /// For how long \[s\].
+        seconds: f64,
+        /// Pieces of the manoeuvre that leads out.
+        legs: u32,
+    },
     /// Its wheels stand although they are told to turn.
     WheelsHeld {
         /// For how long \[s\].
@@ -74,6 +81,8 @@ pub enum Remedy {
     WalkAnew,
     /// Stops and plans on the map as it is now.
     PlanAnew,
+    /// Drives the manoeuvre that was searched for over place and heading: back off, align, go on.
+    Manoeuvre,
     /// Puts what it ran into on the map, backs off and walks the repaired field.
     BackOff,
     /// Stops, waits for the motors, and plans then.
@@ -98,6 +107,7 @@ impl Cause {
             Self::WayShut { .. } | Self::NoFreeWaypoint => Remedy::PlanAnew,
             Self::Circling { .. } | Self::DeadEnd { .. } | Self::NoGain { .. } => Remedy::PlanAnew,
             Self::WheelsSpin { .. } | Self::TurnHeld { .. } | Self::WheelsHeld { .. } => Remedy::BackOff,
+            Self::Wedged { .. } => Remedy::Manoeuvre,
             Self::MotorsSilent { .. } => Remedy::WaitThenPlan,
         };
         Recovery { cause: self, remedy }
@@ -132,6 +142,9 @@ impl Cause {
                     "the wheels have turned {turned_rad:.1} rad and the gyroscope saw none of it: something holds the robot"
                 )
             }
+            Self::Wedged { seconds, .. } => {
+                format!("has hardly moved for {seconds:.1} s: it is too tight to go on as it stands")
+            }
             Self::WheelsHeld { seconds } => {
                 format!("the wheels have stood for {seconds:.1} s although they should turn")
             }
@@ -160,6 +173,7 @@ mod tests {
             (Cause::Circling { at }, Remedy::PlanAnew),
             (Cause::DeadEnd { detour_m: 6.0 }, Remedy::PlanAnew),
             (Cause::NoGain { seconds: 8.0 }, Remedy::PlanAnew),
+            (Cause::Wedged { seconds: 2.0, legs: 3 }, Remedy::Manoeuvre),
             (Cause::WheelsSpin { spun_m: 0.4 }, Remedy::BackOff),
             (Cause::TurnHeld { turned_rad: 0.6, path_m: 0.1 }, Remedy::BackOff),
             (Cause::WheelsHeld { seconds: 2.0 }, Remedy::BackOff),

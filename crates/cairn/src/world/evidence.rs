@@ -322,6 +322,27 @@ impl OccupancyMap {
         self.scratch.cells = cells;
     }
 
+    /// Whether a wall of the prior map stands where a sonar's echo came from, by an estimate a little off.
+    pub fn explains(&self, world_from_sonar: Pose2, beam_rad: f64, range_m: f64) -> bool {
+        if self.prior.is_none() {
+            return false;
+        }
+        let c = &self.config;
+        let near_m = c.prior_tolerance_m + 0.02 * range_m;
+        let half_rad = beam_rad / 2.0 + c.prior_slack_rad + c.prior_slack_m / range_m.max(0.1);
+        let step_m = self.geometry.resolution_m;
+        let across = ((2.0 * half_rad * (range_m + near_m) / step_m).ceil() as usize).max(1);
+        let along = (2.0 * near_m / step_m).ceil() as usize;
+        (0..=across).any(|i| {
+            let (sin, cos) = (half_rad * (2.0 * i as f64 / across as f64 - 1.0)).sin_cos();
+            (0..=along).any(|j| {
+                let r = range_m + near_m * (2.0 * j as f64 / along as f64 - 1.0);
+                let cell = self.geometry.cell_at(world_from_sonar * Point2::new(r * cos, r * sin));
+                cell.is_some_and(|cell| self.is_prior_wall(self.geometry.index(cell)))
+            })
+        })
+    }
+
     /// How far a beam frees, and whether it ended at something. None: says nothing.
     fn beam(&self, lidar: &Lidar, range_m: f64) -> Option<(f64, bool)> {
         if range_m.is_nan() || range_m < lidar.min_range_m {

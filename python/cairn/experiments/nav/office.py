@@ -1,9 +1,10 @@
 """Missions in an office: random starts and goals, boxes no map shows, a trolley that is pushed.
 
 The robot is a P3-AT with its sonars and the office's map. Boxes stand where the map shows nothing;
-one more is put down before the robot as it comes; a trolley is pushed across at 0.15 m/s and waits
-where the robot stands in its way. A goal counts as reached within 0.3 m by truth; a refusal is
-right where no way is left for the robot's inscribed disc when everything stands as at the end.
+one more is put down before the robot as it comes; a trolley stands somewhere, is pushed across at
+0.15 m/s and back, waits where the robot stands in its way, and is taken away in the end. A goal
+counts as reached within 0.3 m by truth; a refusal is right where no way is left for the robot's
+inscribed disc when everything stands as at the end.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ TROLLEY_STEPS, TROLLEY_STEP_M, TROLLEY_STEP_S = 40, 0.06, 0.4
 AWAY_M = 0.75
 """Boxes stand no nearer to start and goal than this, from centre to centre less their own size."""
 TIMEOUT_S = 300.0
+STANDS_MPS, STANDS_RADPS = 0.01, 0.02
 
 
 def office_mission(number: int, seed: int = 1, robot: str = "mujoco") -> Scenario:
@@ -143,6 +145,12 @@ def _trial(number: int, outcome: str, reason: str, result: Result | None) -> Tri
             "least_clearance_m": round(robot.least_clearance_m, 3),
             "drift_end_m": round(robot.drift_end_m, 3),
             "plans": robot.plan_count,
+            "transitions": len(robot.transitions),
+            "trapped_s": [round(trap.seconds, 1) for trap in robot.traps],
+            "trapped_for_good": sum(not trap.left for trap in robot.traps),
+            "rightly_refused": float(goal.outcome == "refused" and outcome == SUCCESS),
+            "contacts": len(robot.contacts),
+            "contacts_standing": sum(_stood(contact) for contact in robot.contacts),
         },
         wall={
             "tick_mean_ms": result.wall["decide_mean_ms"],
@@ -150,6 +158,11 @@ def _trial(number: int, outcome: str, reason: str, result: Result | None) -> Tri
             "tick_max_ms": result.wall["decide_max_ms"],
         },
     )
+
+
+def _stood(contact: dict[str, Any]) -> bool:
+    """Whether the robot stood when it touched: what moved was the other one."""
+    return contact["speed_mps"] < STANDS_MPS and contact["turn_radps"] < STANDS_RADPS
 
 
 def _clearances(world: World) -> np.ndarray:
@@ -218,22 +231,26 @@ def _pushed(
     random: np.random.Generator, way: np.ndarray, start: tuple[float, float],
     goal: tuple[float, float],
 ) -> list[dict[str, Any]]:  # fmt: skip
-    """A trolley pushed across the way at 0.15 m/s, back and forth, and then away."""
+    """A trolley that stands beside the way, is pushed across it and back, and then taken away.
+
+    It comes no nearer to start and goal than boxes stand: there it waits.
+    """
     middle = way[int(random.uniform(0.3, 0.7) * len(way))]
     heading = float(random.uniform(-math.pi, math.pi))
     begins_s = float(random.uniform(2.0, 15.0))
     size = {"length_m": 0.5, "width_m": 0.4, "yaw_rad": heading, "name": "trolley"}
-    boxes = []
+    boxes: list[dict[str, Any]] = []
+    at: tuple[float, float] | None = None
     for step in range(TROLLEY_STEPS):
         offset = TROLLEY_STEP_M * (abs(step - TROLLEY_STEPS / 2) - TROLLEY_STEPS / 4)
         x, y = middle + offset * np.array([math.cos(heading), math.sin(heading)])
-        box = {
-            **size,
-            "x_m": float(x),
-            "y_m": float(y),
-            "from_s": begins_s + TROLLEY_STEP_S * step,
-            "until_s": begins_s + TROLLEY_STEP_S * (step + 1),
-        }
-        if _is_away(box, start, goal):
-            boxes.append(box)
+        place = {**size, "x_m": float(x), "y_m": float(y)}
+        near = at is None or math.dist(at, (x, y)) < 1.5 * TROLLEY_STEP_M
+        if _is_away(place, start, goal) and near:
+            at = (float(x), float(y))
+        if at is None:
+            continue
+        from_s = round(begins_s + TROLLEY_STEP_S * step, 6) if boxes else 0.0
+        until_s = round(begins_s + TROLLEY_STEP_S * (step + 1), 6)
+        boxes.append({**size, "x_m": at[0], "y_m": at[1], "from_s": from_s, "until_s": until_s})
     return boxes

@@ -1,0 +1,143 @@
+//! Echoes that no wall of the given map explains: something new is that near, though an echo does not say where
+//! on its arc. Until the map knows, the robot drives no faster than it can stop before any of it.
+
+use super::caution::Caution;
+use super::navigator::Navigator;
+use crate::avoid::GrownBox;
+use crate::geometry::{Point2, Pose2, Twist2};
+use crate::robot::Limits;
+
+/// An echo comes from within this of the cone's axis, or is weak; walls beside the way are heard at the edge \[rad\].
+const AXIAL_RAD: f64 = 0.175;
+/// Points that an arc is told by.
+const POINTS: i32 = 7;
+/// Echoes from farther away are the map's business \[m\].
+const NEAR_M: f64 = 2.0;
+/// Nearer than this an arc is short enough to say where, and stands as an obstacle \[m\] ...
+const PLACED_M: f64 = 0.6;
+/// ... for this long, though a slanting face may fall silent meanwhile \[s\].
+const REMEMBERED_S: f64 = 0.6;
+/// Kept between the outline and an echo \[m\].
+const KEPT_M: f64 = 0.04;
+/// What is nearer to the robot's sides than this is beside it, not ahead \[m\].
+const BESIDE_M: f64 = 0.01;
+
+/// A point on the arc of an echo, world frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Echo {
+    at: Point2,
+    age_s: f64,
+    placed: bool,
+}
+
+impl Navigator {
+    /// Takes note of what is heard now and not explained.
+    pub(super) fn listen(&mut self, pose: Pose2, ranges_m: &[f64], dt_s: f64) {
+        let robot_from_world = pose.inverse();
+        let outline = self.profile.footprint;
+        self.echoes.retain_mut(|echo| {
+            echo.age_s += dt_s;
+            echo.placed && echo.age_s <= REMEMBERED_S && outline.distance(robot_from_world * echo.at) > 0.0
+        });
+        if !(self.map_given && self.pose_known) {
+            return;
+        }
+        for (sonar, &range_m) in self.profile.sonars.iter().zip(ranges_m) {
+            let heard = range_m >= sonar.min_range_m && range_m < sonar.max_range_m.min(NEAR_M);
+            let world_from_sonar = pose * sonar.pose;
+            if !heard || self.map.explains(world_from_sonar, sonar.beam_rad, range_m) {
+                continue;
+            }
+            let half_rad = AXIAL_RAD.min(sonar.beam_rad / 2.0);
+            self.echoes.extend((0..POINTS).map(|i| {
+                let (sin, cos) = (half_rad * (2.0 * f64::from(i) / f64::from(POINTS - 1) - 1.0)).sin_cos();
+                let at = world_from_sonar * Point2::new(range_m * cos, range_m * sin);
+                Echo { at, age_s: 0.0, placed: range_m < PLACED_M }
+            }));
+        }
+    }
+
+    /// What is heard so near that it stands where it is heard, world frame.
+    pub(super) fn heard_near(&self) -> impl Iterator<Item = Point2> + '_ {
+        self.echoes.iter().filter(|echo| echo.placed).map(|echo| echo.at)
+    }
+
+    /// `twist`, no faster than can be stopped before what is heard ahead of it.
+    pub(super) fn within_hearing(&self, pose: Pose2, twist: Twist2, dt_s: f64) -> (Twist2, Option<Caution>) {
+        let robot_from_world = pose.inverse();
+        let heard = self.echoes.iter().map(|echo| robot_from_world * echo.at);
+        let outline = self.profile.footprint;
+        let body = GrownBox {
+            half_length_m: outline.length_m / 2.0,
+            half_width_m: outline.width_m / 2.0,
+            growth_m: BESIDE_M,
+        };
+        let delay_s = self.profile.drive.latency_s + dt_s;
+        before_echoes(&body, &self.profile.limits, delay_s, heard, twist)
+    }
+}
+
+/// `wanted`, slowed along its own curvature to what stops before every one of `heard`, robot frame.
+fn before_echoes(
+    body: &GrownBox,
+    limits: &Limits,
+    delay_s: f64,
+    heard: impl Iterator<Item = Point2>,
+    wanted: Twist2,
+) -> (Twist2, Option<Caution>) {
+    let speed_mps = wanted.linear_mps.abs();
+    if speed_mps == 0.0 {
+        return (wanted, None);
+    }
+    // Running back is running on in a mirror.
+    let way = wanted.linear_mps.signum();
+    let curvature = wanted.angular_radps / wanted.linear_mps * way;
+    let sight_m = heard
+        .map(|point| Point2::new(point.x * way, point.y))
+        .filter(|point| point.x > body.half_length_m)
+        .map(|point| body.first_contact_m(point, curvature) - KEPT_M)
+        .fold(f64::INFINITY, f64::min)
+        .max(0.0);
+    let (a, t) = (limits.linear_mps2, delay_s);
+    let cap_mps = a * ((t * t + 2.0 * sight_m / a).sqrt() - t);
+    if cap_mps >= speed_mps {
+        return (wanted, None);
+    }
+    let share = cap_mps / speed_mps;
+    let slowed = Twist2::new(wanted.linear_mps * share, wanted.angular_radps * share);
+    (slowed, Some(Caution { sight_m, speed_mps: cap_mps }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits =
+        Limits { linear_mps: 0.7, angular_radps: 2.4, linear_mps2: 0.3, angular_radps2: 1.7 };
+    const BODY: GrownBox = GrownBox { half_length_m: 0.3, half_width_m: 0.25, growth_m: 0.01 };
+
+    fn slowed(wanted: Twist2, heard: &[Point2]) -> (Twist2, Option<Caution>) {
+        before_echoes(&BODY, &LIMITS, 0.2, heard.iter().copied(), wanted)
+    }
+
+    #[test]
+    fn the_robot_could_stop_before_an_echo_ahead_or_behind_and_keeps_its_curvature() {
+        for way in [1.0, -1.0] {
+            let wanted = Twist2::new(0.6 * way, 0.3);
+            let (twist, caution) = slowed(wanted, &[Point2::new(0.7 * way, 0.1)]);
+            let v = twist.linear_mps * way;
+            assert!(v > 0.2 && v * v / 0.6 + 0.2 * v <= 0.4, "{v}");
+            assert!((twist.angular_radps / twist.linear_mps - 0.5 * way).abs() < 1e-12);
+            assert!(caution.is_some());
+        }
+    }
+
+    #[test]
+    fn an_echo_beside_the_way_or_behind_it_slows_nothing_and_one_at_the_bumper_stops() {
+        let wanted = Twist2::new(0.6, 0.0);
+        for beside in [Point2::new(0.8, 0.3), Point2::new(0.1, 0.25), Point2::new(-0.5, 0.0)] {
+            assert_eq!(slowed(wanted, &[beside]), (wanted, None));
+        }
+        assert_eq!(slowed(wanted, &[Point2::new(0.33, 0.0)]).0.linear_mps, 0.0);
+    }
+}
