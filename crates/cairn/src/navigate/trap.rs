@@ -85,13 +85,13 @@ impl TrapWatch {
         *self = Self::new(self.config);
     }
 
-<<<<<<< HEAD
     /// Forgets the trail of a robot that is driving: it has another way now, and what its momentum takes
     /// it away from that is no loss of progress.
     pub fn restart_under_way(&mut self) {
         self.restart();
         self.carried_s = CARRIED_S;
-=======
+    }
+
     /// Driven since the watch began \[m\].
     pub fn driven_m(&self) -> f64 {
         self.evidence.driven_m
