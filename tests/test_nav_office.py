@@ -76,3 +76,30 @@ def test_a_kinematic_mission_is_judged_as_a_trial_and_repeats():
     assert trial["outcome"] in ("success", "collision", "timeout")
     assert trial["world"] == "office_2"
     assert records[0]["summary"]["trials"] == 1
+    figures = records[0]["office"]
+    assert figures["contacts_standing"] <= figures["contacts"] == trial["notes"]["contacts"]
+    assert figures["traps"] == len(trial["notes"]["trapped_s"])
+    assert figures["transitions_per_minute"] > 0
+
+
+def test_the_widest_way_is_the_gap_beside_a_box_to_a_cell(monkeypatch):
+    occupancy = np.zeros((60, 120), np.uint8)
+    occupancy[:20] = occupancy[40:] = 1  # a corridor of 1 m along x, from y = 1 m to 2 m
+    occupancy[:, :4] = occupancy[:, -4:] = 1
+    corridor = cairn.World(occupancy, resolution_m=0.05)
+    monkeypatch.setattr(cairn.maps, "load", lambda _: corridor)
+    scenario = cairn.missions.Scenario.model_validate(
+        {
+            "name": "corridor",
+            "map": "office",
+            "start": {"x_m": 1.0, "y_m": 1.5},
+            "goals": [{"x_m": 5.0, "y_m": 1.5}],
+            "boxes": [{"x_m": 3.0, "y_m": 1.15, "length_m": 0.4, "width_m": 0.3}],
+        }
+    )
+    assert office.widest_way_m(scenario, 0.0) == pytest.approx(0.7, abs=0.11)
+    data = scenario.model_dump()
+    data["boxes"][0]["width_m"] = 2.0
+    shut = cairn.missions.Scenario.model_validate(data)
+    assert office.widest_way_m(shut, 0.0) == 0.0
+    assert not office.is_possible(shut, 0.0)

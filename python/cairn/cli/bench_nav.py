@@ -204,6 +204,16 @@ def _print(record: dict[str, Any]) -> None:
     console.print(table)
     for name, figures in [("all", record["summary"]), *record["by_difficulty"].items()]:
         console.print("\n" + summary_line(name, figures), highlight=False)
+    if "office" in record:
+        told = record["office"]
+        console.print(
+            f"contacts {told['contacts']}, {told['contacts_standing']} while the robot stood; "
+            f"rightly refused {told['rightly_refused']}; "
+            f"{told['transitions_per_minute']:.1f} changes of mode a minute; "
+            f"{told['traps']} traps, {told['trapped_median_s']:.1f} s in the median, "
+            f"{told['trapped_most_s']:.1f} s at most, {told['traps_not_left']} not left",
+            highlight=False,
+        )
     wall = record["wall"]
     console.print(
         f"[dim]stack {record['stack']}, robot {record['robot']}, {record['source']}, "

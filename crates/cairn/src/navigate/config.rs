@@ -217,6 +217,7 @@ impl NavigatorConfig {
             ("keeping.short_detour", self.keeping.short_detour),
             ("keeping.near_m", self.keeping.near_m),
             ("keeping.sure_s", self.keeping.sure_s),
+            ("keeping.look_m", self.keeping.look_m),
             ("keeping.gain", self.keeping.gain),
             ("keeping.gain_share", self.keeping.gain_share),
             ("keeping.gain_s", self.keeping.gain_s),

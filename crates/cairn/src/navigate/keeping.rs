@@ -29,6 +29,8 @@ pub struct KeepingConfig {
     pub near_m: f64,
     /// and be seen so for this long \[s\].
     pub sure_s: f64,
+    /// Where no other way leads on and the map was doubted already, it must be shut this near \[m\].
+    pub look_m: f64,
     /// An open way is left for one that is cheaper by this much,
     pub gain: f64,
     /// by this share of what is left,
@@ -49,6 +51,7 @@ impl Default for KeepingConfig {
             short_detour: 1.5,
             near_m: 1.5,
             sure_s: 1.0,
+            look_m: 0.6,
             gain: 2.0,
             gain_share: 0.15,
             gain_s: 1.0,
@@ -261,7 +264,10 @@ impl Navigator {
                 if detour <= config.short_detour {
                     return self.walk_anew(pose, cause, false);
                 }
-                if ahead_m > config.near_m || shut_for_s < config.sure_s {
+                // What was doubted is looked at from near before it is believed again.
+                let doubted = !now.is_finite() && self.doubts < self.config.doubts;
+                let near_m = if doubted { config.look_m } else { config.near_m };
+                if ahead_m > near_m || shut_for_s < config.sure_s {
                     return Minded::Stays;
                 }
                 if now.is_finite() {

@@ -108,6 +108,8 @@ def run_office(
         processes: that share the work.
         told: called with every mission as it ends.
     """
+    from cairn.experiments.nav.office import office_figures
+
     done: dict[str, Trial] = {}
     for trial in _over_processes(_one_mission, [(n, seed, robot) for n in numbers], processes):
         done[trial.world] = trial
@@ -115,6 +117,7 @@ def run_office(
             told(trial)
     trials = [done[f"office_{number}"] for number in numbers]
     return {
+        "office": office_figures(trials),
         **_record([[trial.to_dict()] for trial in trials], seed, [t.wall for t in trials]),
         "by_difficulty": {},
         "stack": "cairn",

@@ -10,6 +10,7 @@ inscribed disc when everything stands as at the end.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ AWAY_M = 0.75
 """Boxes stand no nearer to start and goal than this, from centre to centre less their own size."""
 TIMEOUT_S = 300.0
 STANDS_MPS, STANDS_RADPS = 0.01, 0.02
+WIDEST_M = 3.0
 
 
 def office_mission(number: int, seed: int = 1, robot: str = "mujoco") -> Scenario:
@@ -89,11 +91,23 @@ def drive_office(number: int, seed: int, robot: str = "mujoco") -> tuple[Trial, 
         return _trial(number, SUCCESS, ended.sentence, result), result
     if ended.outcome == "refused" and not is_possible(scenario, result.time_s):
         return _trial(number, SUCCESS, f"rightly refused: {ended.sentence}", result), result
+    if ended.outcome == "refused":
+        width_m = widest_way_m(scenario, result.time_s)
+        reason = f"refused, though a way {width_m:.2f} m wide was left: {ended.sentence}"
+        return _trial(number, TIMEOUT, reason, result), result
     return _trial(number, TIMEOUT, f"{ended.outcome}: {ended.sentence}", result), result
 
 
 def is_possible(scenario: Scenario, time_s: float) -> bool:
     """Whether a way is left for the inscribed disc past all that stands at a time of the run."""
+    return widest_way_m(scenario, time_s) > cairn.Profile.load("p3at").footprint.width_m
+
+
+def widest_way_m(scenario: Scenario, time_s: float) -> float:
+    """Width of the widest way past all that stands at a time of the run, to a cell's size [m].
+
+    The greatest diameter of a disc that passes from start to goal; 0 where none does.
+    """
     world = cairn.maps.load(scenario.map)
     occupancy = np.array(world.occupancy)
     x0, y0, _ = world.origin
@@ -106,15 +120,54 @@ def is_possible(scenario: Scenario, time_s: float) -> bool:
             u, v = c * (x - box.x_m) + s * (y - box.y_m), c * (y - box.y_m) - s * (x - box.x_m)
             occupancy[(abs(u) <= box.length_m / 2) & (abs(v) <= box.width_m / 2)] = 1
     crowded = World(occupancy, resolution_m=world.resolution_m, origin=world.origin)
-    free = _clearances(crowded) > cairn.Profile.load("p3at").footprint.width_m / 2
+    clear_m = _clearances(crowded)
     cells = [
         (int((y - y0) / world.resolution_m), int((x - x0) / world.resolution_m))
         for x, y in (point_of(p, world) for p in (scenario.starts[0].start, scenario.goals[0]))
     ]
-    if not free[cells[1]]:
-        return False
-    free[cells[0]] = True
-    return bool(np.isfinite(cairn.plan_grid(free, goal=cells[1]).cost_to_go[cells[0]]))
+    clear_m[cells[0]] = np.inf  # it stands there already
+
+    def passes(radius_m: float) -> bool:
+        free = clear_m > radius_m
+        if not free[cells[1]]:
+            return False
+        return bool(np.isfinite(cairn.plan_grid(free, goal=cells[1]).cost_to_go[cells[0]]))
+
+    radii = np.unique(clear_m[(clear_m > 0) & (clear_m <= WIDEST_M / 2)])
+    low, high = -1, len(radii)  # the widest that passes is below the first radius that does not
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if passes(float(radii[middle])) else (low, middle)
+    if high == len(radii):
+        return WIDEST_M
+    return 2 * float(radii[high]) if passes(0.0) else 0.0
+
+
+def office_figures(trials: Sequence[Trial]) -> dict[str, Any]:
+    """Return what only missions tell, over trials of `drive_office` that came to an end.
+
+    Contacts, and how many came while the robot itself stood; rightly refused missions; changes of
+    mode in a minute; traps, with the median and the greatest time in one [s].
+    """
+    ended = [trial for trial in trials if trial.notes]
+    trapped_s = [seconds for trial in ended for seconds in trial.notes["trapped_s"]]
+    minutes = sum(trial.time_s for trial in ended) / 60
+
+    def total(key: str) -> float:
+        return sum(trial.notes[key] for trial in ended)
+
+    return {
+        "contacts": total("contacts"),
+        "contacts_standing": total("contacts_standing"),
+        "rightly_refused": total("rightly_refused"),
+        "transitions_per_minute": total("transitions") / minutes if minutes else 0.0,
+        "plans": total("plans"),
+        "traps": len(trapped_s),
+        "traps_not_left": total("trapped_for_good"),
+        "trapped_median_s": float(np.median(trapped_s)) if trapped_s else 0.0,
+        "trapped_most_s": max(trapped_s, default=0.0),
+        "least_clearance_m": min((t.notes["least_clearance_m"] for t in ended), default=0.0),
+    }
 
 
 def _trial(number: int, outcome: str, reason: str, result: Result | None) -> Trial:
@@ -148,7 +201,7 @@ def _trial(number: int, outcome: str, reason: str, result: Result | None) -> Tri
             "transitions": len(robot.transitions),
             "trapped_s": [round(trap.seconds, 1) for trap in robot.traps],
             "trapped_for_good": sum(not trap.left for trap in robot.traps),
-            "rightly_refused": float(goal.outcome == "refused" and outcome == SUCCESS),
+            "rightly_refused": int(goal.outcome == "refused" and outcome == SUCCESS),
             "contacts": len(robot.contacts),
             "contacts_standing": sum(_stood(contact) for contact in robot.contacts),
         },
