@@ -176,6 +176,8 @@ struct Node {
 }
 
 struct Open {
+    /// With what is thought to be left.
+    rank: f64,
     cost: f64,
     node: usize,
 }
@@ -196,18 +198,20 @@ impl PartialOrd for Open {
 
 impl Ord for Open {
     fn cmp(&self, other: &Self) -> Ordering {
-        other.cost.total_cmp(&self.cost).then(other.node.cmp(&self.node))
+        other.rank.total_cmp(&self.rank).then(other.node.cmp(&self.node))
     }
 }
 
-/// The cheapest manoeuvre from `start` to a pose that `accept` takes; None if there is none near.
+/// A cheap manoeuvre from `start` to a pose that `accept` takes; None if there is none near.
 ///
+/// `left` says what is thought to be left from a place \[m\]: it leads the search `[Hart68]` and need not be right.
 /// The outline keeps `least_m` from every point; where it stands nearer at the start, it comes no nearer.
 pub(super) fn find(
     near: &Near,
     start: Pose2,
     least_m: f64,
     reach_m: f64,
+    left: impl Fn(Point2) -> f64,
     accept: impl Fn(Pose2) -> bool,
 ) -> Option<Vec<Leg>> {
     let soft_m = least_m + SOFT_M;
@@ -219,9 +223,9 @@ pub(super) fn find(
     let mut nodes = vec![Node { pose: start, parent: 0, motion: Motion::None }];
     let mut turns = vec![0i32];
     let mut best: HashMap<(i32, i32, i32), f64> = HashMap::new();
-    let mut open = BinaryHeap::from([Open { cost: 0.0, node: 0 }]);
+    let mut open = BinaryHeap::from([Open { rank: 0.0, cost: 0.0, node: 0 }]);
     best.insert(key(start, 0), 0.0);
-    while let Some(Open { cost, node }) = open.pop() {
+    while let Some(Open { cost, node, .. }) = open.pop() {
         let (pose, motion, turn) = (nodes[node].pose, nodes[node].motion, turns[node]);
         if cost > best[&key(pose, turn)] + 1e-9 {
             continue;
@@ -262,7 +266,8 @@ pub(super) fn find(
                 *known = reached;
                 nodes.push(Node { pose: to, parent: node, motion: next });
                 turns.push(to_turn);
-                open.push(Open { cost: reached, node: nodes.len() - 1 });
+                let rank = reached + left(to.position());
+                open.push(Open { rank, cost: reached, node: nodes.len() - 1 });
             }
         }
     }
@@ -303,15 +308,19 @@ mod tests {
     const BODY: GrownBox = GrownBox { half_length_m: 0.313, half_width_m: 0.2525, growth_m: 0.0 };
     const LEAST_M: f64 = 0.03;
 
-    /// Two walls along x, `gap_m` apart, from x = 0.6 on to 2.
+    /// A wall at x = 0.6 with a gap, and two along x from there on, as far apart.
     fn gap(gap_m: f64) -> Vec<Point2> {
-        let along = (0..=28).map(|i| 0.6 + 0.05 * f64::from(i));
-        along.flat_map(|x| [-1.0, 1.0].map(|side| Point2::new(x, side * gap_m / 2.0))).collect()
+        let beside = (0..=28).map(|i| (0.6 + 0.05 * f64::from(i), 0.0));
+        let across = (0..=40).map(|i| (0.6, 0.05 * f64::from(i)));
+        beside
+            .chain(across)
+            .flat_map(|(x, y)| [-1.0, 1.0].map(|side| Point2::new(x, side * (gap_m / 2.0 + y))))
+            .collect()
     }
 
     fn through(gap_m: f64, start: Pose2) -> Option<Vec<Leg>> {
         let near = Near::new(gap(gap_m), start.position(), 2.5, BODY);
-        find(&near, start, LEAST_M, 1.6, |pose| pose.x > 1.0)
+        find(&near, start, LEAST_M, 1.6, |at| (1.0 - at.x).max(0.0), |pose| pose.x > 1.0)
     }
 
     /// Every pose that the legs lead through.
@@ -336,11 +345,11 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_just_wider_than_the_robot_is_passed_from_every_heading_without_a_touch() {
-        for degrees in [0, 30, 75, 140, -110] {
-            let start = Pose2::new(0.0, 0.2, f64::from(degrees).to_radians());
-            let legs = through(0.63, start).expect("a way in");
-            let near = Near::new(gap(0.63), start.position(), 2.5, BODY);
+    fn a_gap_of_two_hands_more_than_the_robot_is_passed_from_every_heading_without_a_touch() {
+        for degrees in [0, 10, -20, 30, 75, 140, -110, 180] {
+            let start = Pose2::new(0.1, 0.1, f64::from(degrees).to_radians());
+            let legs = through(0.69, start).unwrap_or_else(|| panic!("no way in from {degrees}°"));
+            let near = Near::new(gap(0.69), start.position(), 2.5, BODY);
             let least_m =
                 poses(start, &legs).into_iter().map(|pose| near.clearance_m(pose, 1.0)).fold(1.0, f64::min);
             assert!(least_m > LEAST_M - 0.02, "from {degrees}°: {least_m}");
@@ -349,8 +358,8 @@ mod tests {
 
     #[test]
     fn a_robot_wedged_at_a_slant_backs_off_before_it_aligns() {
-        let start = Pose2::new(0.32, 0.0, 0.35);
-        let legs = through(0.63, start).expect("a way in");
+        let start = Pose2::new(0.36, 0.0, 0.35);
+        let legs = through(0.69, start).expect("a way in");
         assert!(matches!(legs[0], Leg::Straight { direction, .. } if direction < 0.0), "{legs:?}");
         assert!(legs.iter().any(|leg| matches!(leg, Leg::Turn { side, .. } if *side < 0.0)), "{legs:?}");
     }

@@ -55,6 +55,7 @@ impl Navigator {
             }
             Reason::PathFound if entered => {
                 self.waiting_for_way = false;
+                self.stands.forget();
                 self.trap.restart();
             }
             Reason::WayClear if entered => {

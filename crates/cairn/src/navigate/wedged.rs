@@ -35,6 +35,8 @@ const ALIGNED_RAD: f64 = 0.2;
 const STRAIGHT_M: f64 = 0.5;
 /// With this much more room than a turn needs, it is not for want of room that the robot stands \[m\].
 const TIGHT_M: f64 = 0.1;
+/// What a manoeuvre pays of what the field asks.
+const BY_FIELD: f64 = 0.5;
 /// Places nearer to each other than this are one \[m\].
 const PLACE_M: f64 = 0.6;
 
@@ -70,7 +72,7 @@ impl StandWatch {
         (seconds >= config.mills_s - 1e-9).then_some(seconds)
     }
 
-    /// A new task: no place was tried.
+    /// A new task, or a new plan: no place was tried.
     pub fn forget(&mut self) {
         *self = Self::default();
     }
@@ -128,7 +130,12 @@ impl Navigator {
         if !self.stands.may_begin(pose.position(), config.most) {
             return None;
         }
-        let legs = self.find_manoeuvre(pose)?;
+        let legs = self.find_manoeuvre(pose).or_else(|| {
+            // Perhaps what shuts it in is not there any more: only what is heard now counts.
+            let forgotten = self.map.forget_unmapped(pose.position(), 0.0);
+            let _ = self.keep_field();
+            (forgotten > 0).then(|| self.find_manoeuvre(pose)).flatten()
+        })?;
         let cause = Cause::Wedged { seconds, legs: legs.len() as u32 };
         self.manoeuvre = Some(Manoeuvre { legs: legs.into(), least_left: f64::INFINITY, waits_s: 0.0 });
         Some(cause)
@@ -166,7 +173,12 @@ impl Navigator {
             };
             gains && (near.distance_m(at.position(), turning_m) >= turning_m || faces())
         };
-        let with = |least_m: f64| find(&near, pose, least_m, config.reach_m, leads_on);
+        // Close to things the field prices a metre higher than a manoeuvre does.
+        let left = |at: Point2| {
+            let left = field.cost_to_go(at).filter(|left| left.is_finite()).unwrap_or(from);
+            BY_FIELD * (left - from + config.gain).max(0.0)
+        };
+        let with = |least_m: f64| find(&near, pose, least_m, config.reach_m, left, leads_on);
         with(kept(config.clearance_m)).or_else(|| with(least_m))
     }
 
