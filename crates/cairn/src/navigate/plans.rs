@@ -55,7 +55,6 @@ impl Navigator {
             }
             Reason::PathFound if entered => {
                 self.waiting_for_way = false;
-                self.stands.forget();
                 self.trap.restart();
             }
             Reason::WayClear if entered => {

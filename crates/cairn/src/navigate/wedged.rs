@@ -72,7 +72,7 @@ impl StandWatch {
         (seconds >= config.mills_s - 1e-9).then_some(seconds)
     }
 
-    /// A new task, or a new plan: no place was tried.
+    /// A new task: no place was tried.
     pub fn forget(&mut self) {
         *self = Self::default();
     }
@@ -130,12 +130,7 @@ impl Navigator {
         if !self.stands.may_begin(pose.position(), config.most) {
             return None;
         }
-        let legs = self.find_manoeuvre(pose).or_else(|| {
-            // Perhaps what shuts it in is not there any more: only what is heard now counts.
-            let forgotten = self.map.forget_unmapped(pose.position(), 0.0);
-            let _ = self.keep_field();
-            (forgotten > 0).then(|| self.find_manoeuvre(pose)).flatten()
-        })?;
+        let legs = self.find_manoeuvre(pose)?;
         let cause = Cause::Wedged { seconds, legs: legs.len() as u32 };
         self.manoeuvre = Some(Manoeuvre { legs: legs.into(), least_left: f64::INFINITY, waits_s: 0.0 });
         Some(cause)
