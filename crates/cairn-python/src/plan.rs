@@ -288,8 +288,7 @@ fn plan_free(
     }))
 }
 
-type PlanCosts<T> =
-    fn(&mut GridPlanner, Grid<T>, &[Cell], &PlanOptions) -> Result<plan::Field, PlanError>;
+type PlanCosts<T> = fn(&mut GridPlanner, Grid<T>, &[Cell], &PlanOptions) -> Result<plan::Field, PlanError>;
 
 /// Plans on a grid of costs, copied into the planner's own memory where it can be.
 fn plan_costs<T: Element + Copy + Sync>(

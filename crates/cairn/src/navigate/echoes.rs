@@ -1,5 +1,6 @@
 //! Echoes that no wall of the given map explains: something new is that near, though an echo does not say where
-//! on its arc. Until the map knows, the robot drives no faster than it can stop before any of it.
+//! on its arc. Until the map knows, the robot drives no faster than it can stop before any of it. What is heard
+//! straight ahead counts even if a wall explains it: a shut door sounds like the posts beside it.
 
 use super::caution::Caution;
 use super::navigator::Navigator;
@@ -9,6 +10,8 @@ use crate::robot::Limits;
 
 /// An echo comes from within this of the cone's axis, or is weak; walls beside the way are heard at the edge \[rad\].
 const AXIAL_RAD: f64 = 0.175;
+/// A sonar that looks this near to straight ahead or back hears what the robot would run into \[rad\].
+const AHEAD_RAD: f64 = 0.2;
 /// Points that an arc is told by.
 const POINTS: i32 = 7;
 /// Echoes from farther away are the map's business \[m\].
@@ -45,14 +48,16 @@ impl Navigator {
         for (sonar, &range_m) in self.profile.sonars.iter().zip(ranges_m) {
             let heard = range_m >= sonar.min_range_m && range_m < sonar.max_range_m.min(NEAR_M);
             let world_from_sonar = pose * sonar.pose;
-            if !heard || self.map.explains(world_from_sonar, sonar.beam_rad, range_m) {
+            let explained = heard && self.map.explains(world_from_sonar, sonar.beam_rad, range_m);
+            let along = sonar.pose.heading.sin().abs() <= AHEAD_RAD.sin();
+            if !heard || explained && !along {
                 continue;
             }
             let half_rad = AXIAL_RAD.min(sonar.beam_rad / 2.0);
             self.echoes.extend((0..POINTS).map(|i| {
                 let (sin, cos) = (half_rad * (2.0 * f64::from(i) / f64::from(POINTS - 1) - 1.0)).sin_cos();
                 let at = world_from_sonar * Point2::new(range_m * cos, range_m * sin);
-                Echo { at, age_s: 0.0, placed: range_m < PLACED_M }
+                Echo { at, age_s: 0.0, placed: range_m < PLACED_M && !explained }
             }));
         }
     }
