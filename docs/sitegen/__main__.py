@@ -27,7 +27,7 @@ def main() -> int:
     )
     given = arguments.parse_args()
     try:
-        from sphinx.cmd.build import build_main
+        from sphinx.cmd.build import build_main  # pyright: ignore[reportMissingImports]
     except ImportError:
         print('the site is built by Sphinx: pip install "cairn-nav[docs]"', file=sys.stderr)
         return 2
