@@ -9,7 +9,7 @@ def test_the_measured_ticks_are_those_of_the_run_with_the_same_commands():
     (measured,) = measure((QUICK,), rounds=1)
     assert measured.same
     assert measured.plans == 1
-    assert measured.ticks > 200
+    assert measured.ticks > 150  # `quick` takes 18 s
     assert measured.parts_us.keys() == set(PARTS)
     assert {"path tracking", "stop"} <= measured.modes_us.keys()
 

@@ -56,6 +56,7 @@ REFUSED = {
 REMEDIES = {
     "walk_anew": "the repaired field is walked anew from where it is, with no stop and no plan",
     "plan_anew": "it stops and plans on the map as it is now",
+    "manoeuvre": "it drives a manoeuvre found by a search over place and heading",
     "back_off": "what holds it goes on the map, and it backs off",
     "wait_then_plan": "it stops, waits for the motors, and plans then",
 }
@@ -118,6 +119,7 @@ CAUSES = {
     "no_gain": "it has come no nearer for {seconds:.1f} s",
     "wheels_spin": "its wheels turned {spun_m:.2f} m and nothing around came nearer",
     "turn_held": "its wheels turned it {turned_rad:.1f} rad and the gyroscope saw none of it",
+    "wedged": "it has hardly moved for {seconds:.1f} s: too tight to go on as it stands",
     "wheels_held": "its wheels have stood for {seconds:.1f} s although told to turn",
     "motors_silent": "its wheels have stood for {seconds:.1f} s whatever they were told",
 }
