@@ -30,6 +30,8 @@ autodoc_typehints = "signature"
 autodoc_typehints_format = "short"
 autodoc_default_options = {"show-inheritance": False}
 autodoc_preserve_defaults = True
+# Attributes of one name in several classes, `time_s`: no single one is meant.
+suppress_warnings = ["ref.python"]
 python_use_unqualified_type_names = True
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
