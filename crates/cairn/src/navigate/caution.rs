@@ -51,9 +51,7 @@ pub(super) fn cautious(
     if sight_m >= stop_m {
         return (wanted, None);
     }
-    // v·T + v²/2a = sight.
-    let (a, t) = (limits.linear_mps2, delay_s);
-    let cap_mps = (a * ((t * t + 2.0 * sight_m / a).sqrt() - t)).max(config.creep_mps);
+    let cap_mps = limits.stoppable_mps(sight_m, delay_s).max(config.creep_mps);
     if cap_mps >= speed_mps {
         return (wanted, None);
     }

@@ -103,8 +103,7 @@ fn before_echoes(
         .map(|point| body.first_contact_m(point, curvature) - KEPT_M)
         .fold(f64::INFINITY, f64::min)
         .max(0.0);
-    let (a, t) = (limits.linear_mps2, delay_s);
-    let cap_mps = a * ((t * t + 2.0 * sight_m / a).sqrt() - t);
+    let cap_mps = limits.stoppable_mps(sight_m, delay_s);
     if cap_mps >= speed_mps {
         return (wanted, None);
     }

@@ -199,4 +199,11 @@ impl Limits {
     pub fn braking_distance_m(&self, speed_mps: f64) -> f64 {
         speed_mps * speed_mps / (2.0 * self.linear_mps2)
     }
+
+    /// Speed from which the robot stops within `distance_m` though braking begins `delay_s` late \[m/s\]:
+    /// v·T + v²/2a = d.
+    pub fn stoppable_mps(&self, distance_m: f64, delay_s: f64) -> f64 {
+        let (a, t) = (self.linear_mps2, delay_s);
+        a * ((t * t + 2.0 * distance_m / a).sqrt() - t)
+    }
 }
