@@ -132,3 +132,8 @@ def test_the_rules_that_fire_are_lit_by_their_strength():
     assert told.index("NoCurvature") < told.index("cHigh")
     assert "60 %" in told
     assert "40 %" in told
+
+
+def test_nothing_to_the_side_has_no_sign():
+    told = [words._degrees(math.radians(angle)) for angle in (-0.3, 0.2, 0.6, -12.0)]
+    assert told == ["0", "0", "+1", "−12"]

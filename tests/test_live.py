@@ -9,8 +9,10 @@ import pytest
 from cairn import errors
 from cairn.missions import Scenario, run
 from cairn.missions.live import SPARES, Live, with_nothing_to_do
-from cairn.missions.scenario import RobotEntry, Start
+from cairn.missions.scenario import RobotEntry, Start, WorldEntry
+from cairn.missions.setting import way_left_m
 from cairn.view.console import commands as ask
+from cairn.view.console.shapes import scan_points
 
 QUICK = Scenario.load("quick")
 ROOM = with_nothing_to_do(QUICK)
@@ -46,6 +48,37 @@ def _stands(live):
 
 def ended(goals):
     return lambda snapshot: len(snapshot.robots[0].goals) == goals
+
+
+def test_what_a_paused_robot_sees_and_believes_is_of_where_it_is_drawn():
+    """By lidar at well over 1 m/s: a tick ahead would be visible."""
+    lidar = with_nothing_to_do(Scenario.load("lidar"))
+    changes = {"world": WorldEntry(map="room"), "start": QUICK.start, "noise": 0.0}
+    lidar = lidar.model_copy(update=changes)
+    live = a_live(lidar, speed=20.0)
+    live.do(ask.DriveTo(7.0, 5.0))
+    until(live, lambda s: s.robots[0].decision["twist"]["linear_mps"] > 1.0)
+    live.do(ask.Pause())
+    snapshot = until(live, lambda s: s.paused)
+    _stands(live)
+    robot = live.newer(snapshot.number - 1, 10.0).robots[0]
+    assert robot.decision["twist"]["linear_mps"] > 0.5
+    assert math.dist(robot.truth[:2], robot.estimate[:2]) < 0.03
+    points = scan_points(robot.body, robot.ranges_m, robot.truth)
+    world = snapshot.world
+    rows, cols = np.nonzero(world.values == 1)
+    walls = (np.column_stack([cols, rows]) + 0.5) * world.resolution_m + world.origin[:2]
+    away = np.abs(points[::10, None] - walls).max(axis=2).min(axis=1)
+    assert len(points) > 500
+    assert away.max() < 0.51 * world.resolution_m + 1e-6
+    live.end()
+
+
+def test_the_way_left_goes_by_the_nearest_point_of_a_plan_and_on_to_the_goal():
+    plan = np.array([(0.0, 0.0), (10.0, 0.0), (10.0, 4.0)])
+    assert way_left_m(plan, (6.0, 1.0, 0.0), (10.0, 4.0)) == pytest.approx(1 + 4 + 4)
+    assert way_left_m(plan, (10.0, 3.0, 0.0), (13.0, 4.0)) == pytest.approx(1 + 3)
+    assert way_left_m(None, (0.0, 0.0, 0.0), (3.0, 4.0)) == pytest.approx(5)
 
 
 # ---- the loop does not wait ----------------------------------------------------------------------

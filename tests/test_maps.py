@@ -12,6 +12,7 @@ from hypothesis.extra.numpy import arrays
 from PIL import Image
 
 import cairn
+from cairn.missions.setting import load_map
 from cairn.world import FREE, OCCUPIED, UNKNOWN
 
 YAML = """\
@@ -429,6 +430,19 @@ def test_an_array_that_is_no_map_is_refused(tmp_path, error, array):
     (tmp_path / "m.npy").write_bytes(b"\x93NUMPY\x01")
     with pytest.raises(cairn.errors.MapLineInvalid, match="not a numpy array"):
         cairn.maps.load(tmp_path / "m.npy")
+
+
+@pytest.mark.parametrize("taken", [lambda path: path.mkdir(), lambda path: path.touch()])
+def test_what_has_the_name_of_a_shipped_world_does_not_hide_it(tmp_path, monkeypatch, taken):
+    monkeypatch.chdir(tmp_path)
+    for name in cairn.maps.shipped():
+        taken(tmp_path / name)
+        there = cairn.maps.load(cairn.maps.shipped_path(name))
+        for world in (cairn.maps.load(name), load_map(name, tmp_path)):
+            assert (world.name, world.resolution_m) == (there.name, there.resolution_m)
+            assert np.array_equal(world.occupancy, there.occupancy)
+        with pytest.raises(cairn.errors.MapNotFound):
+            cairn.maps.load(f"elsewhere/{name}")
 
 
 def test_unknown_kinds_and_missing_files_say_what_would_be_right(tmp_path):

@@ -33,7 +33,8 @@ def load(path: str | Path, *, resolution_m: float | None = None) -> World:
             the reason.
     """
     path = Path(path)
-    if not path.suffix and not path.exists() and path.name in shipped():
+    # Nothing without a suffix can be read: a file or folder of that name hides no shipped world.
+    if str(path) in shipped():
         path = shipped_path(path.name)
     if not path.is_file():
         hint = f"; worlds that come with Cairn: {', '.join(shipped())}" if not path.suffix else ""

@@ -106,8 +106,8 @@ class Moments:
         agent, trace = follower.agent, follower.trace
         goal = follower.heading_for
         path = agent.navigator.path
-        x, y, heading = (float(v) for v in agent.robot.truth)
-        truth = (x, y, heading)
+        # Paused, the robot itself is a tick ahead of all that it has sensed and decided.
+        truth = follower.last or _pose(agent.robot.truth)
         recent = slice(-HISTORY_TICKS, None)
         return RobotState(
             name=agent.name,

@@ -185,7 +185,7 @@ def load_map(name: str, folder: Path | None) -> World:
     """Load a map beside the scenario file, or a shipped one by name."""
     from cairn import maps
 
-    return maps.load(_beside(name, folder))
+    return maps.load(name if name in maps.shipped() else _beside(name, folder))
 
 
 def _beside(name: str, folder: Path | None) -> str:
@@ -194,13 +194,25 @@ def _beside(name: str, folder: Path | None) -> str:
 
 
 def way_left_m(path: np.ndarray | None, at: Pose, goal: tuple[float, float]) -> float:
-    """Return the way left [m]: along the plan from its nearest point, else straight."""
+    """Return the way left [m]: to the nearest point of the plan, along it and on to the goal.
+
+    Args:
+        path: (n, 2) points [m]; with none, or one, the way is straight.
+        at: where the robot is.
+        goal: what it drives to; a path over what is seen so far may end before it.
+    """
     if path is None or len(path) < 2:
         return math.dist(at[:2], goal)
     path = np.asarray(path, dtype=float)
-    away = np.hypot(*(path - at[:2]).T)
+    here = np.array(at[:2])
+    along = np.diff(path, axis=0)
+    squares = np.maximum((along**2).sum(axis=1), 1e-18)
+    shares = np.clip(((here - path[:-1]) * along).sum(axis=1) / squares, 0.0, 1.0)
+    feet = path[:-1] + shares[:, None] * along
+    away = np.hypot(*(here - feet).T)
     nearest = int(away.argmin())
-    return float(away[nearest]) + length_m(path[nearest:])
+    left = np.vstack([feet[nearest], path[nearest + 1 :], goal])
+    return float(away[nearest]) + length_m(left)
 
 
 def length_m(path: np.ndarray) -> float:

@@ -204,7 +204,7 @@ class Drawing:
         self._mesh("silent", silent, (120, 170, 214), 0.14)
         points = shapes.scan_points(state.body, state.ranges_m, state.truth) if on else empty[0]
         cross = np.array([[-0.03, 0.0], [0.03, 0.0]])
-        self._segments("scan", points[:, None] + cross, RED, 4.0)
+        self._segments("scan", points[:, None] + cross, AMBER, 4.0)
         avoidance = state.decision.get("avoidance") if self.on["arcs"] else None
         kinds = (empty, empty, empty)
         if avoidance:

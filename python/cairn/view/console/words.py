@@ -43,7 +43,7 @@ def status(snapshot: Snapshot, robot: int) -> str:
     drift = math.dist(state.truth[:2], state.estimate[:2])
     numbers = [
         ("V", f"{twist['linear_mps']:.2f} m/s"),
-        ("ω", f"{math.degrees(twist['angular_radps']):+.0f} °/s"),
+        ("ω", f"{_degrees(twist['angular_radps'])} °/s"),
         ("to go", to_go),
         ("clearance", clearance),
         ("driven", f"{state.driven_m:.1f} m"),
@@ -150,7 +150,7 @@ def _tracking(tracking: dict[str, Any]) -> str:
     inputs = {
         "C": f"{tracking['C']:.2f}",
         "dR": f"{tracking['dR']:.2f} m",
-        "dtheta": f"{math.degrees(tracking['dtheta']):+.0f}°",
+        "dtheta": f"{_degrees(tracking['dtheta'])}°",
         "Vc": f"{tracking['Vc']:.2f} m/s",
     }
     for name, sets in tracker["memberships"].items():
@@ -250,15 +250,20 @@ def _avoidance(avoidance: dict[str, Any]) -> str:
     if isinstance(inner, dict) and "kind" in inner:
         kind += f": {inner['kind'].replace('_', ' ')}"
     intervals = avoidance["intervals"]
-    low, high = (math.degrees(window[f"angular_{end}_radps"]) for end in ("lo", "hi"))
+    low, high = (_degrees(window[f"angular_{end}_radps"]) for end in ("lo", "hi"))
     speeds = f"{window['linear_lo_mps']:.2f} to {window['linear_hi_mps']:.2f}"
-    reach = f"V {speeds} m/s, ω {low:+.0f} to {high:+.0f} °/s"
-    goal = f"{math.degrees(avoidance['goal_bearing_rad']):+.0f}° off"
+    reach = f"V {speeds} m/s, ω {low} to {high} °/s"
+    goal = f"{_degrees(avoidance['goal_bearing_rad'])}° off"
     parts = [
         _heading("Chosen", kind),
         _line("within reach", reach),
         _line("goal", goal + _metres(avoidance["goal_distance_m"])),
     ]  # fmt: skip
+    guided = avoidance.get("guided")
+    if guided:
+        moving = f", {guided['moving']} things move" if guided["moving"] else ""
+        tight = ", tight" if guided["tight"] else ""
+        parts.append(_line("by the field", f"{guided['to_go_s']:.1f} s to the goal{moving}{tight}"))
     if intervals:
         parts.append(_heading("Free arc by curvature", f"{len(intervals)} intervals"))
         parts.append(_bars(intervals))
@@ -268,9 +273,16 @@ def _avoidance(avoidance: dict[str, Any]) -> str:
     if best:
         shut = len(scored) - len(open_ones)
         parts.append(_heading("Best candidates", f"of {len(scored)}, {shut} refused"))
-        parts += [_candidate(each) for each in best]
-        parts.append(_key_of_terms())
+        weights = None if guided else avoidance["weights"]
+        parts += [_candidate(each, weights) for each in best]
+        parts.append(_key_of_terms() if weights else _faint("seconds to the goal"))
     return _box("".join(parts))
+
+
+def _degrees(angle_rad: float) -> str:
+    """Whole degrees with their sign, `+12`, `−3`; nothing has no sign."""
+    whole = round(math.degrees(angle_rad))
+    return f"{whole:+d}".replace("-", "−") if whole else "0"
 
 
 def _metres(distance: float | None) -> str:
@@ -314,21 +326,24 @@ def _bars(intervals: list[dict[str, float]]) -> str:
 _TERMS = (("speed", BLUE), ("distance", GREEN), ("heading", AMBER))
 
 
-def _candidate(candidate: dict[str, Any]) -> str:
+def _candidate(candidate: dict[str, Any], weights: dict[str, float] | None) -> str:
+    """One motion with its score: bars of what each term adds, or, by a field, seconds."""
     twist = candidate["twist"]
+    score = f"{-candidate['total']:.1f} s" if weights is None else f"{candidate['total']:.2f}"
     terms = "".join(
-        f"<span style='display:inline-block;height:9px;width:{34 * max(candidate[name], 0):.0f}px;"
+        f"<span style='display:inline-block;height:9px;"
+        f"width:{100 * max(weights[name] * candidate[name], 0):.0f}px;"
         f"background:{css(colour)}'></span>"
-        for name, colour in _TERMS
-        if candidate.get(name) is not None
+        for name, colour in (_TERMS if weights else ())
+        if weights and candidate.get(name) is not None
     )
     refused = _faint(candidate["refused"].replace("_", " ")) if candidate["refused"] else ""
-    speeds = f"{twist['linear_mps']:.2f} m/s {math.degrees(twist['angular_radps']):+.0f} °/s"
+    speeds = f"{twist['linear_mps']:.2f} m/s {_degrees(twist['angular_radps'])} °/s"
+    bars = f"<span style='min-width:104px'>{terms}</span>" if weights else ""
     return (
         "<div style='display:flex;gap:7px;font-size:12px;align-items:center;margin:2px 0'>"
         f"<span style='min-width:116px;font-variant-numeric:tabular-nums'>{speeds}</span>"
-        f"<span style='min-width:104px'>{terms}</span>"
-        f"<b>{candidate['total']:.2f}</b>{refused}</div>"
+        f"{bars}<b>{score}</b>{refused}</div>"
     )
 
 
@@ -353,6 +368,7 @@ def legend() -> str:
         (_ring(RED), "goal"),
         (_patch((226, 160, 63), 0.45), "sonar heard something"),
         (_patch((120, 170, 214), 0.3), "sonar heard nothing"),
+        (_stroke(AMBER), "lidar saw something"),
         (_patch(RED, 0.5) + _patch(AMBER, 0.5) + _patch(GREEN, 0.5),
          "arc free to 0.5 m, 1.5 m, further"),
         (_gradient(), "cost to go: at the goal … far"),
