@@ -5,6 +5,8 @@ import pytest
 import typer
 
 from cairn.cli import app
+from cairn.missions import Scenario, run
+from cairn.record import Recorder
 
 ROOT = typer.main.get_command(app)
 
@@ -98,6 +100,77 @@ def test_a_map_that_is_none_is_refused(command, tmp_path, name):
     assert refused(command("plan", name, "--goal", "0.5,0.5", *terrain))
 
 
+@pytest.mark.parametrize("name", ["explain", "replay", "report"])
+@pytest.mark.parametrize(
+    "folder",
+    [
+        "", "moon", ".", "/", "/dev/null", "nowhere/x", "empty.toml", "binary.toml", "folder.toml",
+        "a\nb", "x" * 5000, "empty", "words", "other", "headless",
+    ],
+)  # fmt: skip
+def test_a_run_that_is_none_is_refused(command, tmp_path, name, folder):
+    bad_files(tmp_path)
+    begins = b"\x89MCAP0\r\n"
+    for other, log in (
+        ("empty", b""),
+        ("words", b"it went well\n"),
+        ("other", begins + bytes(200)),
+        ("headless", begins),
+    ):
+        (tmp_path / other).mkdir()
+        (tmp_path / other / "run.mcap").write_bytes(log)
+    assert refused(command(name, folder))
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """The folder of a run, recorded once."""
+    folder = tmp_path_factory.mktemp("recorded")
+    with Recorder(folder) as recorder:
+        run(Scenario.load("quick"), seed=1, observers=[recorder])
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["explain", "--at", "nan"], "nan"),
+        (["explain", "--at", "-1"], "-1"),
+        (["explain", "--at", "2", "--robot", "moon"], "moon"),
+        (["explain", "--robot", "moon"], "moon"),
+        (["replay", "--controller", "moon"], "moon"),
+        (["replay", "--controller", "flat.npy"], "flat.npy"),
+        (["report", "--out", "taken/page.html"], "taken"),
+        (["report", "--animate", "run.avi"], ".gif"),
+        (["report", "--animate", "taken/run.gif"], "taken"),
+    ],
+    ids=lambda each: " ".join(each) if isinstance(each, list) else "",
+)
+def test_what_a_recorded_run_cannot_be_asked_is_refused(
+    command, tmp_path, recorded, arguments, said
+):
+    (tmp_path / "taken").write_text("a file, not a folder")
+    np.save(tmp_path / "flat.npy", np.zeros((4, 4)))
+    assert refused(command(arguments[0], recorded, *arguments[1:]), said)
+
+
+def test_a_log_cut_off_or_overwritten_anywhere_is_told_or_refused(command, tmp_path, recorded):
+    whole = (recorded / "run.mcap").read_bytes()
+    holes = np.random.default_rng(1).integers(len(whole), size=(6, 40))
+    spoilt = [whole[: len(whole) // share] for share in (2, 5, 100, 2000)]
+    for hole in holes:
+        bytes_ = bytearray(whole)
+        for at in hole:
+            bytes_[at] ^= 0x55
+        spoilt.append(bytes(bytes_))
+    for log in spoilt:
+        (tmp_path / "run.mcap").write_bytes(log)
+        for name in ("explain", "report"):
+            code, _, complaints = command(name, tmp_path)
+            assert code in (0, 2), complaints
+            assert "Traceback" not in complaints
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -116,6 +189,14 @@ def test_a_map_that_is_none_is_refused(command, tmp_path, name):
         (["run", "quick", "--seed", "1", "--seeds", "2"], "--seed"),
         (["run", "quick", "--record", "taken"], "taken"),
         (["run", "quick", "--record", "/proc/nowhere"], "/proc"),
+        (["run", "quick", "--live", "--seeds", "2"], "--live"),
+        (["run", "quick", "--live", "--speed", "0", "--no-browser"], "--speed"),
+        (["run", "quick", "--live", "--speed", "nan", "--no-browser"], "--speed"),
+        (["run", "quick", "--live", "--port", "70000"], "--port"),
+        (["run", "quick", "--live", "--host", "no.such.host.invalid", "--no-browser"], ""),
+        (["run", "quick", "--live", "--record", "taken"], "taken"),
+        (["run", "moon", "--live"], "moon"),
+        (["run", "quick", "--animate", "run.avi"], ".gif"),
         (["scenarios", "--seeds", "-1"], "--seeds"),
         (["track", "moon"], "moon"),
         (["track", "sine", "--robot", "moon"], "moon"),
@@ -129,6 +210,8 @@ def test_a_map_that_is_none_is_refused(command, tmp_path, name):
         (["tune", "taken/x.toml"], "taken"),
         (["reproduce", "moon"], "moon"),
         (["reproduce", "fig9", "--out", "taken"], "taken"),
+        (["reproduce", "fig9", "moon"], "moon"),
+        (["reproduce", "fig9", "--seed", "-1"], "--seed"),
         (["spin-test", "--robot", "moon"], "moon"),
         (["spin-test", "--profile", "moon"], "moon"),
         (["spin-test", "--rates", "fast"], "fast"),
@@ -168,11 +251,18 @@ def test_a_map_that_is_none_is_refused(command, tmp_path, name):
         (["bench", "localise", "--sensors", "moon"], "--sensors"),
         (["bench", "localise", "--out", "taken"], "taken"),
         (["bench", "localise", "--seconds", "nan"], ""),
+        (["bench", "tick", "--rounds", "0"], "--rounds"),
+        (["bench", "tick", "--out", "taken"], "taken"),
         (["report", "nowhere"], "nowhere"),
         (["report", "."], "summary"),
         (["report", "taken"], "not JSON"),
         (["report", "flat.npy"], ""),
         (["console", "moon"], "moon"),
+        (["console", ""], ""),
+        (["console", "taken"], "taken"),
+        (["console", "quick", "--seed", "-1"], "--seed"),
+        (["console", "quick", "--port", "-1"], "--port"),
+        (["console", "quick", "--record", "taken", "--no-browser"], "taken"),
         (["console", "quick", "--speed", "nan", "--no-browser"], ""),
         (["console", "quick", "--host", "no.such.host.invalid", "--no-browser"], ""),
         ([], ""),

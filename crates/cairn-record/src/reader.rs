@@ -6,10 +6,13 @@ use std::io::Read;
 use std::path::Path;
 
 use mcap::records::Record;
-use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader};
+use mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{McapError, parse_record};
 
 use crate::error::RecordError;
+
+/// Nothing in a log is longer \[bytes\]: a length that says so was overwritten.
+const LONGEST: usize = 1 << 30;
 
 /// One thing out of a log.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +39,8 @@ pub enum Entry {
 pub struct Log {
     path: String,
     file: File,
+    /// How much of the file is still to be read \[bytes\].
+    left: u64,
     reader: LinearReader,
     wanted: Option<BTreeSet<String>>,
     channels: BTreeMap<u16, Option<String>>,
@@ -57,12 +62,16 @@ impl Log {
         if magic != mcap::MAGIC {
             return Err(unreadable("it is not an MCAP file".to_owned()));
         }
-        let mut reader = LinearReader::new();
+        let left =
+            file.metadata().map_err(|e| unreadable(e.to_string()))?.len().saturating_sub(magic.len() as u64);
+        let options = LinearReaderOptions::default().with_record_length_limit(LONGEST);
+        let mut reader = LinearReader::new_with_options(options);
         reader.insert(magic.len()).copy_from_slice(&magic);
         reader.notify_read(magic.len());
         Ok(Self {
             path: name,
             file,
+            left,
             reader,
             wanted: ends,
             channels: BTreeMap::new(),
@@ -92,9 +101,15 @@ impl Log {
                     break;
                 }
                 Some(Err(error)) => return Err(unreadable(&self.path, &error)),
+                // A writer that was killed left off inside a record; or its length was overwritten.
+                Some(Ok(LinearReadEvent::ReadRequest(count))) if count as u64 > self.left => {
+                    self.over = true;
+                    break;
+                }
                 Some(Ok(LinearReadEvent::ReadRequest(count))) => {
                     let read =
                         self.file.read(self.reader.insert(count)).map_err(|e| unreadable(&self.path, &e))?;
+                    self.left = self.left.saturating_sub(read as u64);
                     self.reader.notify_read(read);
                     continue;
                 }
