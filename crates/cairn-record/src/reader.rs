@@ -64,7 +64,8 @@ impl Log {
         }
         let left =
             file.metadata().map_err(|e| unreadable(e.to_string()))?.len().saturating_sub(magic.len() as u64);
-        let options = LinearReaderOptions::default().with_record_length_limit(LONGEST);
+        let options =
+            LinearReaderOptions::default().with_record_length_limit(LONGEST).with_validate_chunk_crcs(true);
         let mut reader = LinearReader::new_with_options(options);
         reader.insert(magic.len()).copy_from_slice(&magic);
         reader.notify_read(magic.len());

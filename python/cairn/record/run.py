@@ -52,7 +52,7 @@ class Run:
         made_of: dict[str, Any] | None = None
         for name, time_ns, data in _brain.LogReader(path, {"run.json"}):
             if time_ns is None and name == "run.json":
-                made_of = json.loads(data)
+                made_of = self._json(data)
                 break
             self._maps[name] = data
         if made_of is None:
@@ -71,7 +71,14 @@ class Run:
     def summary(self) -> dict[str, Any] | None:
         """`summary.json` beside the log; None where the run was cut off."""
         path = self.path.parent / "summary.json"
-        return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
+        if not path.is_file():
+            return None
+        try:
+            return json.loads(path.read_bytes())
+        except ValueError as error:
+            raise errors.LogUnreadable(
+                f"{path} is not JSON: {error}", path=str(path), reason=str(error)
+            ) from error
 
     @cached_property
     def complete(self) -> bool:
@@ -100,7 +107,7 @@ class Run:
         """Return the last tick at or before `time_s`, by default the first robot's; None before."""
         last = None
         for _, data in self._raw("/decision", robot or self.robots[0]):
-            line = json.loads(data)
+            line = self._json(data)
             if line["time_s"] > time_s + 1e-9:
                 break
             last = line
@@ -167,18 +174,23 @@ class Run:
 
     def _lines(self, ending: str, robot: str | None) -> Iterator[dict[str, Any]]:
         for _, data in self._raw(ending, robot):
-            yield parsed(data)
+            line = self._json(data)
+            yield restored(line) if b'inf"' in data or b'"nan"' in data else line
+
+    def _json(self, data: bytes) -> Any:
+        try:
+            return json.loads(data)
+        except ValueError as error:
+            raise errors.LogUnreadable(
+                f"{self.path} cannot be read as a log: {error}",
+                path=str(self.path),
+                reason=str(error),
+            ) from error
 
 
 def topic_name(robot: str) -> str:
     """Return what a robot is called in the names of its topics."""
     return "".join(c if c.isascii() and c.isalnum() else "_" for c in robot)
-
-
-def parsed(data: bytes) -> dict[str, Any]:
-    """Parse a line of our JSON, in which `"inf"`, `"-inf"` and `"nan"` are numbers."""
-    line = json.loads(data)
-    return restored(line) if b'inf"' in data or b'"nan"' in data else line
 
 
 NUMBERS = {"inf": float("inf"), "-inf": float("-inf"), "nan": float("nan")}
