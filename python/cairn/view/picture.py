@@ -19,7 +19,7 @@ from matplotlib.patches import Patch, Polygon
 from matplotlib.textpath import text_to_path
 from matplotlib.transforms import Affine2D
 
-from cairn.view.style import AMBER, DPI, FREE, INK, OCCUPIED, PALE, PAPER, UNKNOWN
+from cairn.view.style import AMBER, DPI, FREE, INK, OCCUPIED, PALE, PAPER, POSE_BY, UNKNOWN
 
 if TYPE_CHECKING:
     from cairn.missions.result import Result, RobotResult, Transition
@@ -210,7 +210,8 @@ def _title(figure: Figure, axes: Axes, result: Result) -> None:
         if summary["least_clearance_m"] is not None
         else "nothing near",
         f"{summary['plan_count']} plan{'s' if summary['plan_count'] != 1 else ''}",
-        f"pose by {result.scenario.pose}, off by {summary['drift_m']:.2f} m at the end",
+        f"pose by {POSE_BY.get(result.scenario.pose, '?')},"
+        f" off by {summary['drift_m']:.2f} m at the end",
         f"seed {result.seed}",
     ]
     figure.text(0.025, top - step, "   ·   ".join(facts), fontsize=10, color=PALE)

@@ -67,3 +67,7 @@ def save(figure: Figure, path: Path) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(path, dpi=DPI, facecolor=PAPER)
     return path
+
+
+POSE_BY = {"localised": "localisation", "odometry": "odometry", "truth": "truth"}
+"""What a scenario's source of the pose is called."""

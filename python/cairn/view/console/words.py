@@ -261,7 +261,8 @@ def _avoidance(avoidance: dict[str, Any]) -> str:
     ]  # fmt: skip
     guided = avoidance.get("guided")
     if guided:
-        moving = f", {guided['moving']} things move" if guided["moving"] else ""
+        count = guided["moving"]
+        moving = f", {count} thing{'s' * (count > 1)} moving" if count else ""
         tight = ", tight" if guided["tight"] else ""
         parts.append(_line("by the field", f"{guided['to_go_s']:.1f} s to the goal{moving}{tight}"))
     if intervals:

@@ -13,6 +13,7 @@ from cairn.strict_json import plain
 from cairn.view.report import ground, heat, svg
 from cairn.view.report.pages import rendered, written
 from cairn.view.story import MODES, RobotStory, Story
+from cairn.view.style import POSE_BY
 
 NAMES = {
     "path_tracking": "tracking the path",
@@ -243,7 +244,7 @@ def _made_from(story: Story) -> str:
         f"scenario {story.name}",
         f"seed {story.headline.get('seed', scenario.get('seed', '?'))}",
         f"{scenario.get('robot', '?')} robot, profile {scenario.get('profile', '?')}",
-        f"pose by {scenario.get('pose', '?')}",
+        f"pose by {POSE_BY.get(scenario.get('pose'), '?')}",
         f"map {scenario.get('map', '?')}",
     ]
     if "version" in story.summary:

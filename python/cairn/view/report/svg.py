@@ -170,7 +170,7 @@ def _canvas(height: float) -> Element:
 
 def _time_axis(svg: Element, end_s: float, bottom: float) -> None:
     _rule(svg, bottom, "axis")
-    for value in MaxNLocator(12).tick_values(0.0, end_s):
+    for value in MaxNLocator(12, steps=[1, 2, 5, 10]).tick_values(0.0, end_s):
         if 0 <= value <= end_s:
             _text(svg, x_of(value, end_s), bottom + 14, f"{value:g} s", "tick middle")
 
