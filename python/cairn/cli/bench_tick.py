@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import sys
 from pathlib import Path
@@ -37,9 +38,10 @@ def bench_tick(
     out = ready(out or Path("runs/bench-tick"))
     machine = describe()
     with bar() as progress:
-        work = progress.add_task("", total=None)
+        work, begun = progress.add_task("", total=2 * len(measuring.CASES)), itertools.count()
         measured = measuring.measure(
-            rounds=rounds, tell=lambda text: progress.update(work, description=text)
+            rounds=rounds,
+            tell=lambda text: progress.update(work, description=text, completed=next(begun)),
         )
     summary = measuring.summary_of(measured)
     cases = [each.to_dict() for each in measured]

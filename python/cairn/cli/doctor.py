@@ -22,7 +22,7 @@ from rich.table import Table
 
 import cairn
 from cairn import _brain
-from cairn.cli.progress import busy
+from cairn.cli.progress import bar
 from cairn.cli.root import app, console
 from cairn.missions.result import EXIT_NOT_REACHED
 
@@ -63,8 +63,12 @@ def doctor(
 
     Code 3 if something is missing that everything needs; extras may be missing.
     """
-    with busy("looking"):
-        checks = list(_examine())
+    checks = []
+    with bar() as shown:
+        task = shown.add_task("looking", total=_count())
+        for check in _examine():
+            checks.append(check)
+            shown.update(task, advance=1, description=check.name)
     sound = all(check.good for check in checks if check.needed)
     if as_json:
         wrong = [check.name for check in checks if not check.good]
@@ -90,6 +94,12 @@ def _print(checks: list[Check], sound: bool) -> None:
     left_out = [check.name for check in checks if not (check.good or check.needed)]
     without = f", without {', '.join(left_out)}" if left_out else ""
     console.print(f"sound{without}" if sound else "[red]not sound[/]")
+
+
+def _count() -> int:
+    """About how many checks there are."""
+    extras = _requirements()
+    return 6 + len(extras.pop("", [])) + len(extras)
 
 
 def _examine() -> Iterator[Check]:

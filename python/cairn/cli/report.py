@@ -11,7 +11,7 @@ import typer
 from rich.markup import escape
 
 from cairn import errors
-from cairn.cli.progress import busy
+from cairn.cli.progress import bar, busy
 from cairn.cli.root import app, console
 
 if TYPE_CHECKING:
@@ -36,15 +36,19 @@ def report(
 ) -> None:
     """Tell a recorded run or a benchmark as one page that needs nothing else."""
     from cairn.missions import retelling
+    from cairn.view.animation import check_format
     from cairn.view.report import write_bench, write_run
 
     folder = source if source.is_dir() else source.parent
     page = out or folder / "report.html"
     if retelling.is_run(source):
-        with busy("reading"):
-            story = retelling.of_record(source)
+        if animate is not None:
+            check_format(animate)
+        story = read(source)
         if animate is None:
-            _say(source, write_run(story, page), as_json)
+            with busy("writing the page"):
+                written = write_run(story, page)
+            _say(source, written, as_json)
         else:
             _say(source, animated(story, animate), as_json)
         return
@@ -55,11 +59,29 @@ def report(
 
 
 def animated(story: Story, path: Path) -> Path:
-    """Write an animation, saying so: it takes some seconds."""
+    """Write an animation, saying how far it is: it takes some seconds."""
     from cairn.view.animation import animate
 
-    with busy("drawing pictures"):
-        return animate(story, path)
+    with bar() as shown:
+        task = shown.add_task("drawing pictures", total=None)
+        return animate(
+            story,
+            path,
+            observer=lambda done, total: shown.update(task, completed=done, total=total),
+        )
+
+
+def read(source: Path, maps_from: Path | None = None) -> Story:
+    """Read the record of a run, saying how far it is."""
+    from cairn.missions import retelling
+
+    with bar() as shown:
+        task = shown.add_task("reading", total=None)
+        return retelling.of_record(
+            source,
+            maps_from=maps_from,
+            observer=lambda done, total: shown.update(task, completed=done, total=total),
+        )
 
 
 def _record(path: Path) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from rich.table import Table
 from cairn.cli.completion import names_of
 from cairn.cli.console import Browser, Host, Port, Speed, watch
 from cairn.cli.progress import Progress, bar, busy
-from cairn.cli.report import animated
+from cairn.cli.report import animated, read
 from cairn.cli.root import app, complain, complaints, console, ready
 from cairn.errors import CairnError
 from cairn.missions import Change, Result, Scenario, coverage, run, run_many, shipped
@@ -83,6 +83,10 @@ def run_command(
         if live:
             raise typer.BadParameter("--live shows one run: give --seed")
         raise typer.Exit(_table([scenario], seeds, as_json))
+    if animate is not None:
+        from cairn.view.animation import check_format
+
+        check_format(animate)
     mission = Scenario.load(scenario)
     folder = ready(record or Path("runs") / mission.name)
     recorder = Recorder(folder)
@@ -115,13 +119,12 @@ def _retold(
     folder: Path, maps_from: Path | None, report: bool, animation: Path | None
 ) -> list[Path]:
     """Write the report and the animation of a run that has just been recorded."""
-    from cairn.missions.retelling import of_record
     from cairn.view.report import write_run
 
     written = []
-    with busy("writing the report"):
-        story = of_record(folder, maps_from=maps_from)
-        if report:
+    story = read(folder, maps_from)
+    if report:
+        with busy("writing the page"):
             written.append(write_run(story, folder / "report.html"))
     if animation is not None:
         written.append(animated(story, animation))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +24,18 @@ def is_run(path: Path) -> bool:
     return named and (folder / LOG).is_file()
 
 
-def of_record(path: Path, *, maps_from: Path | None = None) -> Story:
+def of_record(
+    path: Path,
+    *,
+    maps_from: Path | None = None,
+    observer: Callable[[int, int], None] | None = None,
+) -> Story:
     """Tell a recorded run, cut off or not, from its folder or log.
 
     Args:
         path: the folder of the run, or a file in it.
         maps_from: the folder of the scenario's file, where its maps may lie.
+        observer: told (ticks read, ticks in all) now and then.
 
     Raises:
         LogUnreadable: there is no log of a run there.
@@ -40,7 +47,7 @@ def of_record(path: Path, *, maps_from: Path | None = None) -> Story:
         return tell(
             run.summary,
             run.scenario,
-            run.ticks(),
+            run.ticks() if observer is None else _watched(run, observer),
             known=known,
             world=_really_there(run, known, maps_from),
             plans={robot: list(run.paths(robot)) for robot in run.robots},
@@ -51,6 +58,14 @@ def of_record(path: Path, *, maps_from: Path | None = None) -> Story:
         raise errors.NothingToReport(
             f"{path}: {error}", path=str(path), reason=str(error)
         ) from error
+
+
+def _watched(run: Run, observer: Callable[[int, int], None]) -> Iterator[dict[str, Any]]:
+    total = run.tick_count
+    for count, tick in enumerate(run.ticks(), start=1):
+        if count % 50 == 0:
+            observer(count, total)
+        yield tick
 
 
 def _really_there(run: Run, known: World | None, maps_from: Path | None) -> World | None:

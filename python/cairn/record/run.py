@@ -88,6 +88,11 @@ class Run:
             pass
         return reader.complete
 
+    @property
+    def tick_count(self) -> int:
+        """Ticks of all robots that the log holds."""
+        return sum(1 for _ in self._raw("/decision", None))
+
     def ticks(self, robot: str | None = None) -> Iterator[dict[str, Any]]:
         """Yield `{"time_s", "robot", "truth", "clearance_m", "decision"}` of every tick.
 

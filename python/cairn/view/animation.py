@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +32,13 @@ Point = tuple[float, float]
 
 
 def animate(
-    story: Story, path: Path, *, seconds: float = 9.0, rate: int = 11, width_px: int = 800
+    story: Story,
+    path: Path,
+    *,
+    seconds: float = 9.0,
+    rate: int = 11,
+    width_px: int = 800,
+    observer: Callable[[int, int], None] = lambda drawn, total: None,
 ) -> Path:
     """Write a run as an animation.
 
@@ -42,6 +48,7 @@ def animate(
         seconds: how long it plays, whatever the run took.
         rate: pictures per second.
         width_px: of the picture; a tall map is made narrower.
+        observer: told (pictures drawn, pictures in all).
 
     Returns:
         `path`.
@@ -49,12 +56,11 @@ def animate(
     Raises:
         AnimationFormatUnknown: a file name with another ending.
     """
-    if path.suffix.lower() not in FORMATS:
-        known = ", ".join(FORMATS)
-        raise errors.AnimationFormatUnknown(
-            f"{path.name}: an animation is one of {known}", path=str(path), known=FORMATS
-        )
-    frames = list(_frames(story, max(round(seconds * rate), 2), width_px))
+    check_format(path)
+    count, frames = max(round(seconds * rate), 2), []
+    for frame in _frames(story, count, width_px):
+        frames.append(frame)
+        observer(len(frames), count)
     durations = [round(1000 / rate)] * (len(frames) - 1) + [round(1000 * HOLD_S)]
     path.parent.mkdir(parents=True, exist_ok=True)
     how: dict[str, Any] = {"save_all": True, "duration": durations, "loop": 0}
@@ -66,6 +72,19 @@ def animate(
         how |= {"quality": 82, "method": 4}
     frames[0].save(path, append_images=frames[1:], **how)
     return path
+
+
+def check_format(path: Path) -> None:
+    """Refuse what `animate` cannot write.
+
+    Raises:
+        AnimationFormatUnknown: a file name with another ending.
+    """
+    if path.suffix.lower() not in FORMATS:
+        known = ", ".join(FORMATS)
+        raise errors.AnimationFormatUnknown(
+            f"{path.name}: an animation is one of {known}", path=str(path), known=FORMATS
+        )
 
 
 def _frames(story: Story, count: int, width_px: int) -> Iterator[Image.Image]:

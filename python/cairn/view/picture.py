@@ -210,7 +210,7 @@ def _title(figure: Figure, axes: Axes, result: Result) -> None:
         if summary["least_clearance_m"] is not None
         else "nothing near",
         f"{summary['plan_count']} plan{'s' if summary['plan_count'] != 1 else ''}",
-        f"pose by {POSE_BY.get(result.scenario.pose, '?')},"
+        f"pose by {POSE_BY.get(str(result.scenario.pose), '?')},"
         f" off by {summary['drift_m']:.2f} m at the end",
         f"seed {result.seed}",
     ]

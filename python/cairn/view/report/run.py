@@ -244,7 +244,7 @@ def _made_from(story: Story) -> str:
         f"scenario {story.name}",
         f"seed {story.headline.get('seed', scenario.get('seed', '?'))}",
         f"{scenario.get('robot', '?')} robot, profile {scenario.get('profile', '?')}",
-        f"pose by {POSE_BY.get(scenario.get('pose'), '?')}",
+        f"pose by {POSE_BY.get(str(scenario.get('pose')), '?')}",
         f"map {scenario.get('map', '?')}",
     ]
     if "version" in story.summary:
