@@ -24,7 +24,7 @@ ROOT_PAGES = {
     "REFERENCES.md": "project/references.md",
     "README.md": "index.md",
 }
-START = ["first-run"]
+START = ["first-run", "commands"]
 CONCEPTS = ["plan", "track", "avoid", "localise", "navigate", "record"]
 GUIDES = ["missions", "robot", "behaviour", "map-format", "stack"]
 LINK = re.compile(r"(\]\()([^()\s]+)(\))")
