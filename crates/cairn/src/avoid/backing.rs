@@ -66,6 +66,7 @@ impl<'a> Keep<'a> {
     /// Whether it is so with the robot at `pose`, seen from where it stands now.
     pub fn holds(&self, robot_from_start: crate::geometry::Pose2, travelled_m: f64) -> bool {
         let reach_m = self.body.radius_m() + self.least_m + travelled_m;
+        let robot_from_start = robot_from_start.turned();
         self.points.iter().zip(&self.now_m).take_while(|((d, _), _)| *d <= reach_m).all(
             |(&(_, p), &now_m)| {
                 let then_m = self.body.distance(robot_from_start * p) - self.body.growth_m;
@@ -120,7 +121,7 @@ pub(super) fn way_back(
                 break;
             }
             let pose = Twist2::new(-1.0, -curvature_per_m).displacement(length_m);
-            let there_from_here = pose.inverse();
+            let there_from_here = pose.inverse().turned();
             let reach_m = wanted_m + corridor.radius_m();
             let mut points: Vec<(f64, Point2)> = nearest_first
                 .iter()

@@ -27,6 +27,7 @@ impl BrakingMotion<'_> {
     pub fn is_clear(&self, outline: &GrownBox, nearest_first: &[(f64, Point2)]) -> bool {
         let grown = outline.grown(STRIDE_M / 2.0);
         self.all(outline.radius_m(), |robot_from_start, travelled_m| {
+            let robot_from_start = robot_from_start.turned();
             nearest_first
                 .iter()
                 .take_while(|(distance_m, _)| *distance_m <= grown.radius_m() + travelled_m)

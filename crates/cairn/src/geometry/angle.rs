@@ -3,6 +3,7 @@ use std::f64::consts::{PI, TAU};
 /// `angle_rad` wrapped to (−π, π] `[Maalouf06 §2]`.
 ///
 /// NaN and infinities give NaN.
+#[inline]
 pub fn wrap_angle(angle_rad: f64) -> f64 {
     if -PI < angle_rad && angle_rad <= PI {
         return angle_rad;

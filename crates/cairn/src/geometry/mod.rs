@@ -7,5 +7,5 @@ mod twist;
 
 pub use angle::wrap_angle;
 pub use point::Point2;
-pub use pose::Pose2;
+pub use pose::{Pose2, Turned};
 pub use twist::Twist2;

@@ -20,40 +20,75 @@ impl Pose2 {
     pub const IDENTITY: Self = Self { x: 0.0, y: 0.0, heading: 0.0 };
 
     /// The pose (x, y) \[m\], heading \[rad\], wrapped.
+    #[inline]
     pub fn new(x: f64, y: f64, heading: f64) -> Self {
         Self { x, y, heading: wrap_angle(heading) }
     }
 
     /// Origin of b in a \[m\].
+    #[inline]
     pub fn position(self) -> Point2 {
         Point2::new(self.x, self.y)
     }
 
     /// `b_from_a`.
+    #[inline]
     pub fn inverse(self) -> Self {
         let (sin, cos) = self.heading.sin_cos();
         Self::new(-(self.x * cos + self.y * sin), self.x * sin - self.y * cos, -self.heading)
     }
 
     /// Bearing of `point_in_a` seen from b: direction minus heading, wrapped \[rad\].
+    #[inline]
     pub fn bearing_to(self, point_in_a: Point2) -> f64 {
         wrap_angle((point_in_a - self.position()).direction() - self.heading)
     }
 
     /// Equation (1) integrated exactly: the pose after driving `twist` for `dt_s` along its arc.
+    #[inline]
     pub fn moved(self, twist: Twist2, dt_s: f64) -> Self {
         self * twist.displacement(dt_s)
     }
 
+    /// The same, to take many points over.
+    #[inline]
+    pub fn turned(self) -> Turned {
+        let (sin, cos) = self.heading.sin_cos();
+        Turned { pose: self, sin, cos }
+    }
+
     /// All three numbers are finite.
+    #[inline]
     pub fn is_finite(self) -> bool {
         self.position().is_finite() && self.heading.is_finite()
+    }
+}
+
+/// A pose with its sine and cosine worked out, to take many points over: to the bit as the pose does.
+#[derive(Clone, Copy, Debug)]
+pub struct Turned {
+    pose: Pose2,
+    sin: f64,
+    cos: f64,
+}
+
+impl Mul<Point2> for Turned {
+    type Output = Point2;
+    /// The point of frame `b`, seen in frame `a`.
+    #[inline]
+    fn mul(self, point_in_b: Point2) -> Point2 {
+        let Self { pose, sin, cos } = self;
+        Point2::new(
+            pose.x + cos * point_in_b.x - sin * point_in_b.y,
+            pose.y + sin * point_in_b.x + cos * point_in_b.y,
+        )
     }
 }
 
 impl Mul for Pose2 {
     type Output = Self;
     /// `a_from_c = a_from_b * b_from_c`.
+    #[inline]
     fn mul(self, b_from_c: Self) -> Self {
         let origin_in_a = self * b_from_c.position();
         Self::new(origin_in_a.x, origin_in_a.y, self.heading + b_from_c.heading)
@@ -63,12 +98,9 @@ impl Mul for Pose2 {
 impl Mul<Point2> for Pose2 {
     type Output = Point2;
     /// `point_in_a = a_from_b * point_in_b`.
+    #[inline]
     fn mul(self, point_in_b: Point2) -> Point2 {
-        let (sin, cos) = self.heading.sin_cos();
-        Point2::new(
-            self.x + cos * point_in_b.x - sin * point_in_b.y,
-            self.y + sin * point_in_b.x + cos * point_in_b.y,
-        )
+        self.turned() * point_in_b
     }
 }
 

@@ -16,11 +16,13 @@ impl Twist2 {
     pub const ZERO: Self = Self { linear_mps: 0.0, angular_radps: 0.0 };
 
     /// The twist (V \[m/s\], ω \[rad/s\]).
+    #[inline]
     pub const fn new(linear_mps: f64, angular_radps: f64) -> Self {
         Self { linear_mps, angular_radps }
     }
 
     /// Where the robot stands after `dt_s`, in its frame before: the exact arc of equation (1).
+    #[inline]
     pub fn displacement(self, dt_s: f64) -> Pose2 {
         let distance_m = self.linear_mps * dt_s;
         let turn_rad = self.angular_radps * dt_s;
@@ -31,6 +33,7 @@ impl Twist2 {
     }
 
     /// Both numbers are finite.
+    #[inline]
     pub fn is_finite(self) -> bool {
         self.linear_mps.is_finite() && self.angular_radps.is_finite()
     }

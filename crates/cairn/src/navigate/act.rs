@@ -54,7 +54,7 @@ impl Navigator {
 
     /// Centres of the occupied cells that any motion could meet, and what is heard near, robot frame \[m\].
     pub(super) fn obstacles_in_robot(&self, pose: Pose2) -> Vec<Point2> {
-        let robot_from_world = pose.inverse();
+        let robot_from_world = pose.inverse().turned();
         let reach_m = self.config.avoidance.horizon_m + self.profile.footprint.circumscribed_radius_m();
         let seen = self.map.occupied_near(pose.position(), reach_m).into_iter();
         seen.chain(self.heard_near()).map(|point| robot_from_world * point).collect()

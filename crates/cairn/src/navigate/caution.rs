@@ -79,7 +79,7 @@ fn sight_m(
     let mut along_m = 0.0;
     while along_m < most_m {
         let next_m = along_m + STEP_M;
-        let pose = world_from_robot.moved(Twist2::new(next_m, curvature * next_m), 1.0);
+        let pose = world_from_robot.moved(Twist2::new(next_m, curvature * next_m), 1.0).turned();
         if front.iter().any(|&corner| !is_seen(pose * corner)) {
             return along_m;
         }

@@ -36,7 +36,7 @@ pub(super) struct Echo {
 impl Navigator {
     /// Takes note of what is heard now and not explained.
     pub(super) fn listen(&mut self, pose: Pose2, ranges_m: &[f64], dt_s: f64) {
-        let robot_from_world = pose.inverse();
+        let robot_from_world = pose.inverse().turned();
         let outline = self.profile.footprint;
         self.echoes.retain_mut(|echo| {
             echo.age_s += dt_s;
@@ -69,7 +69,7 @@ impl Navigator {
 
     /// `twist`, no faster than can be stopped before what is heard ahead of it.
     pub(super) fn within_hearing(&self, pose: Pose2, twist: Twist2, dt_s: f64) -> (Twist2, Option<Caution>) {
-        let robot_from_world = pose.inverse();
+        let robot_from_world = pose.inverse().turned();
         let heard = self.echoes.iter().map(|echo| robot_from_world * echo.at);
         let outline = self.profile.footprint;
         let body = GrownBox {

@@ -491,13 +491,15 @@ impl Navigator {
         let cell_m = self.map.geometry().resolution_m;
         let along = |length: f64| (length / cell_m).ceil() as i32;
         let (n, m) = (along(length_m), along(width_m));
-        for i in 0..=n {
-            for j in 0..=m {
+        let world_from_robot = pose.turned();
+        let places = (0..=n).flat_map(|i| {
+            (0..=m).map(move |j| {
                 let x = length_m * (f64::from(i) / f64::from(n) - 0.5);
                 let y = width_m * (f64::from(j) / f64::from(m) - 0.5);
-                self.map.clear_disc(pose * Point2::new(x, y), cell_m / 2.0);
-            }
-        }
+                world_from_robot * Point2::new(x, y)
+            })
+        });
+        self.map.clear_discs(places, cell_m / 2.0);
     }
 
     /// The robot this navigator drives.

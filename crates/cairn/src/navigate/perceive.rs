@@ -321,13 +321,17 @@ impl Navigator {
 
     /// Occupied now, near the robot, and not so when the plan was made.
     fn unplanned_near(&self, position: Point2) -> Vec<Point2> {
-        let near = self.map.occupied_near(position, 5.0);
         match &self.field {
-            Some(field) => near
-                .into_iter()
-                .filter(|&p| !field.occupied.at_point(p).is_some_and(|known| *known))
-                .collect(),
-            None => near,
+            // The same cells: what is at a cell's centre is at the cell.
+            Some(field) if field.occupied.geometry == self.map.geometry() => {
+                self.map.occupied_near_where(position, 5.0, |i| !field.occupied.values[i])
+            }
+            Some(field) => {
+                let mut near = self.map.occupied_near(position, 5.0);
+                near.retain(|&p| !field.occupied.at_point(p).is_some_and(|known| *known));
+                near
+            }
+            None => self.map.occupied_near(position, 5.0),
         }
     }
 

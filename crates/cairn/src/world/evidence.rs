@@ -1,8 +1,8 @@
 //! What one array of ranges says about the cells: the inverse sensor models of [`OccupancyMap`].
 
 use super::raycast::Traversal;
-use super::sonar_model::surface;
-use super::{GridGeometry, MappingError, Occupancy, OccupancyMap};
+use super::sonar_model::{Surface, surface_in};
+use super::{Cell, GridGeometry, MappingError, Occupancy, OccupancyMap};
 use crate::geometry::{Point2, Pose2};
 use crate::robot::{Lidar, RobotProfile, Sonar};
 
@@ -34,6 +34,55 @@ struct Cone {
     apex: Point2,
     heading: f64,
     half_rad: f64,
+}
+
+/// Where a row of cells may lie in a cone between two distances, told in generous bounds.
+struct Strip {
+    /// Sides of the cone: inside, `p · dx + q · dy` is at most 0.
+    sides: [(f64, f64); 2],
+    near2: f64,
+    far2: f64,
+    slack_m: f64,
+}
+
+/// Sides of a cone flatter than this against a row bound nothing.
+const FLAT: f64 = 1e-2;
+
+impl Strip {
+    fn new(axis: Point2, tan: f64, near_m: f64, far_m: f64, res: f64) -> Self {
+        // What single precision may be off by, where a side bounds at all, and a cell.
+        let slack_m = res + 1e-3 * far_m.abs();
+        let sides = [
+            (-axis.y - tan * axis.x, axis.x - tan * axis.y),
+            (axis.y - tan * axis.x, -axis.x - tan * axis.y),
+        ];
+        let (near_m, far_m) = ((near_m - slack_m).max(0.0), far_m.abs() + slack_m);
+        Self { sides, near2: near_m * near_m, far2: far_m * far_m, slack_m }
+    }
+
+    /// Spans of the offset from the apex along the row at `dy` from it \[m\], in order.
+    fn at(&self, dy: f64) -> impl Iterator<Item = (f64, f64)> {
+        let half_m = (self.far2 - dy * dy).max(0.0).sqrt();
+        let (mut lo, mut hi) = (-half_m, half_m);
+        for (p, q) in self.sides {
+            let edge = -q * dy / p;
+            if p > FLAT {
+                hi = hi.min(edge + self.slack_m);
+            } else if p < -FLAT {
+                lo = lo.max(edge - self.slack_m);
+            }
+        }
+        let slack_m = self.slack_m;
+        let hollow_m = (self.near2 - dy * dy).max(0.0).sqrt();
+        // Two spans only if they share no cell.
+        let spans = if hollow_m > 3.0 * slack_m {
+            [(lo, hi.min(-hollow_m)), (lo.max(hollow_m), hi)]
+        } else {
+            [(lo, hi), (hi, lo)]
+        };
+        let spans = spans.into_iter().filter(|(lo, hi)| lo < hi);
+        spans.map(move |(lo, hi)| (lo - slack_m, hi + slack_m))
+    }
 }
 
 impl Cone {
@@ -148,8 +197,9 @@ impl OccupancyMap {
         self.reach(lo - margin, hi + margin)
     }
 
-    /// Collects the cells of a cone whose centres lie between two distances.
-    fn collect(&mut self, cone: &Cone, near_m: f64, far_m: f64) {
+    /// Collects the cells of a cone whose centres lie between two distances; only those that are occupied or
+    /// have more evidence than `above`.
+    fn collect(&mut self, cone: &Cone, near_m: f64, far_m: f64, above: f32) {
         let GridGeometry { rows, cols, resolution_m: res, .. } = self.geometry;
         let cells = &mut self.scratch.cells;
         cells.clear();
@@ -170,22 +220,34 @@ impl OccupancyMap {
         let (near2, far2) = ((near_m * near_m) as f32, (far_m * far_m) as f32);
         let near2 = if near_m <= 0.0 { -1.0 } else { near2 };
         let columns = span(lo.x, hi.x, cols);
+        let strip = Strip::new(axis, f64::from(tan), near_m, far_m, res);
         for row in span(lo.y, hi.y, rows) {
-            let dy = ((row as f64 + 0.5) * res - cone.apex.y) as f32;
-            for col in columns.clone() {
-                let dx = ((col as f64 + 0.5) * res - cone.apex.x) as f32;
-                let along = dx * ax + dy * ay;
-                let across = dy * ax - dx * ay;
-                let d2 = dx * dx + dy * dy;
-                if along <= 0.0 || across.abs() > tan * along || d2 > far2 || d2 < near2 {
-                    continue;
+            let exact_dy = (row as f64 + 0.5) * res - cone.apex.y;
+            let dy = exact_dy as f32;
+            for (from_m, to_m) in strip.at(exact_dy) {
+                let first = ((from_m + cone.apex.x) / res).max(columns.start as f64) as usize;
+                let end = ((to_m + cone.apex.x) / res + 1.0).clamp(0.0, columns.end as f64) as usize;
+                let first = first.min(end);
+                let (from, to) = (row * cols + first, row * cols + end);
+                let evidence = self.log_odds[from..to].iter().zip(&self.class[from..to]);
+                for (col, (&log_odds, &class)) in (first..end).zip(evidence) {
+                    if log_odds <= above && class != Occupancy::Occupied {
+                        continue;
+                    }
+                    let dx = ((col as f64 + 0.5) * res - cone.apex.x) as f32;
+                    let along = dx * ax + dy * ay;
+                    let across = dy * ax - dx * ay;
+                    let d2 = dx * dx + dy * dy;
+                    if along <= 0.0 || across.abs() > tan * along || d2 > far2 || d2 < near2 {
+                        continue;
+                    }
+                    cells.push(ConeCell {
+                        index: (row * cols + col) as u32,
+                        distance_m: d2.sqrt(),
+                        side: across / (tan * along),
+                        echo: 0.0,
+                    });
                 }
-                cells.push(ConeCell {
-                    index: (row * cols + col) as u32,
-                    distance_m: d2.sqrt(),
-                    side: across / (tan * along),
-                    echo: 0.0,
-                });
             }
         }
     }
@@ -203,7 +265,7 @@ impl OccupancyMap {
             Heard::Nothing => (c.sonar_miss_range_m.min(max_range_m), c.sonar_miss_free, c.sonar_miss_floor),
         };
         let mut blocked = [f32::INFINITY; BINS];
-        self.collect(cone, 0.0, free_end_m);
+        self.collect(cone, 0.0, free_end_m, floor as f32);
         let mut cells = std::mem::take(&mut self.scratch.cells);
         let half_res = 0.5 * res as f32;
         let block = |cell: &ConeCell, blocked: &mut [f32; BINS]| {
@@ -225,8 +287,7 @@ impl OccupancyMap {
             if self.class[i] != Occupancy::Occupied || hidden {
                 continue;
             }
-            let occupied = |j: usize| self.class[j] == Occupancy::Occupied;
-            let seen = surface(&self.geometry, occupied, i, cone.unit(cell.side));
+            let seen = self.surface_at(i, cone.unit(cell.side));
             cell.echo = seen.echo(false) as f32;
             if cell.echo < 0.5 {
                 block(cell, &mut blocked);
@@ -258,6 +319,11 @@ impl OccupancyMap {
         blocked
     }
 
+    fn surface_at(&self, index: usize, unit: Point2) -> Surface {
+        let Cell { row, col } = self.geometry.cell(index);
+        surface_in(self.occupied.window(row, col), unit)
+    }
+
     /// Something on the arc answered. As one reflector is enough, the evidence is shared in
     /// proportion to the odds of each cell being it (and of its surface answering): known walls
     /// take all of it, an arc of which nothing is known shares it evenly.
@@ -273,7 +339,7 @@ impl OccupancyMap {
         let wide = Cone { half_rad: cone.half_rad + slack_rad, ..*cone };
         let beyond = (wide.half_rad.min(1.5).tan() / cone.half_rad.min(1.5).tan()) as f32;
         let beside_m = (c.prior_slack_m + 0.02 * range_m) as f32;
-        self.collect(&wide, range_m - wide_m, range_m + wide_m);
+        self.collect(&wide, range_m - wide_m, range_m + wide_m, f32::NEG_INFINITY);
         let mut cells = std::mem::take(&mut self.scratch.cells);
         let mut total = 0.0f32;
         for cell in &mut cells {
@@ -301,8 +367,7 @@ impl OccupancyMap {
                 continue;
             }
             let answers = if self.class[i] == Occupancy::Occupied {
-                let occupied = |j: usize| self.class[j] == Occupancy::Occupied;
-                surface(&self.geometry, occupied, i, cone.unit(cell.side)).echo(true) as f32
+                self.surface_at(i, cone.unit(cell.side)).echo(true) as f32
             } else {
                 1.0
             };

@@ -43,30 +43,51 @@ impl GridGeometry {
     }
 
     /// Row-major index of `cell`, which must be inside.
+    #[inline]
     pub fn index(&self, cell: Cell) -> usize {
         debug_assert!(cell.row < self.rows && cell.col < self.cols);
         cell.row * self.cols + cell.col
     }
 
     /// The cell at a row-major index.
+    #[inline]
     pub fn cell(&self, index: usize) -> Cell {
         Cell::new(index / self.cols, index % self.cols)
     }
 
     /// Centre of `cell` in the world \[m\].
+    #[inline]
     pub fn center(&self, cell: Cell) -> Point2 {
-        self.world_from_grid
-            * Point2::new(
-                (cell.col as f64 + 0.5) * self.resolution_m,
-                (cell.row as f64 + 0.5) * self.resolution_m,
-            )
+        let in_grid = Point2::new(
+            (cell.col as f64 + 0.5) * self.resolution_m,
+            (cell.row as f64 + 0.5) * self.resolution_m,
+        );
+        // Most maps are not turned: no angle is worked out for each cell, and the numbers are the same.
+        let Pose2 { x, y, heading } = self.world_from_grid;
+        if heading == 0.0 {
+            Point2::new(x + in_grid.x, y + in_grid.y)
+        } else {
+            self.world_from_grid * in_grid
+        }
+    }
+
+    /// `point_in_world` in the grid's frame, without working out angles where it is not turned \[m\].
+    #[inline]
+    pub(crate) fn in_grid(&self, point_in_world: Point2) -> Point2 {
+        let Pose2 { x, y, heading } = self.world_from_grid;
+        if heading == 0.0 {
+            Point2::new(point_in_world.x - x, point_in_world.y - y)
+        } else {
+            self.world_from_grid.inverse() * point_in_world
+        }
     }
 
     /// The cell that holds `point_in_world`, or None outside (and for NaN).
+    #[inline]
     pub fn cell_at(&self, point_in_world: Point2) -> Option<Cell> {
-        let in_grid = self.world_from_grid.inverse() * point_in_world;
-        let col = (in_grid.x / self.resolution_m).floor();
-        let row = (in_grid.y / self.resolution_m).floor();
+        let in_grid = self.in_grid(point_in_world);
+        let col = in_grid.x / self.resolution_m;
+        let row = in_grid.y / self.resolution_m;
         let inside = row >= 0.0 && col >= 0.0 && row < self.rows as f64 && col < self.cols as f64;
         inside.then(|| Cell::new(row as usize, col as usize))
     }
@@ -92,11 +113,13 @@ impl<T> Grid<T> {
     }
 
     /// The value of `cell`, which must be inside.
+    #[inline]
     pub fn at(&self, cell: Cell) -> &T {
         &self.values[self.geometry.index(cell)]
     }
 
     /// The value at `point_in_world`, or None outside.
+    #[inline]
     pub fn at_point(&self, point_in_world: Point2) -> Option<&T> {
         self.geometry.cell_at(point_in_world).map(|cell| self.at(cell))
     }

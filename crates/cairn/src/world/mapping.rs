@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::marks::Marks;
 use super::{Cell, Grid, GridGeometry, Occupancy, OccupancyGrid};
 use crate::geometry::{Point2, Pose2};
 use crate::robot::RobotProfile;
@@ -190,6 +191,22 @@ impl MappingConfig {
     }
 }
 
+/// Tells the cells of a row whose centres lie within a disc.
+struct Within {
+    res: f64,
+    at_x: f64,
+    dy: f64,
+    radius_m: f64,
+}
+
+impl Within {
+    #[inline]
+    fn holds(&self, col: usize) -> bool {
+        let dx = (col as f64 + 0.5) * self.res - self.at_x;
+        dx * dx + self.dy * self.dy <= self.radius_m * self.radius_m
+    }
+}
+
 /// What stands where, learnt from sonar cones and lidar beams.
 ///
 /// Without a prior map the grid grows in blocks of 64 cells as things are seen; its cell borders
@@ -203,6 +220,8 @@ pub struct OccupancyMap {
     first: (i64, i64),
     pub(super) log_odds: Vec<f32>,
     pub(super) class: Vec<Occupancy>,
+    /// Occupied cells, by [`Self::class`].
+    pub(super) occupied: Marks,
     pub(super) prior: Option<Vec<Occupancy>>,
     revision: u64,
     /// Cells whose class changed since it was last asked; None before that, or once there were too many, or
@@ -233,6 +252,7 @@ impl OccupancyMap {
             changed: None,
             felt: Vec::new(),
             touched: Vec::new(),
+            occupied: Marks::default(),
             scratch: Default::default(),
         })
     }
@@ -263,6 +283,7 @@ impl OccupancyMap {
             changed: None,
             felt: Vec::new(),
             touched: Vec::new(),
+            occupied: Marks::of(rows, cols, &prior.values, |&class| class == Occupancy::Occupied),
             scratch: Default::default(),
         })
     }
@@ -342,6 +363,13 @@ impl OccupancyMap {
         Some(changed.into_iter().map(|i| (self.geometry.cell(i as usize), self.class[i as usize])).collect())
     }
 
+    fn set_class(&mut self, index: usize, class: Occupancy) {
+        self.class[index] = class;
+        let Cell { row, col } = self.geometry.cell(index);
+        self.occupied.set(row, col, class == Occupancy::Occupied);
+        self.note_change(index);
+    }
+
     fn note_change(&mut self, index: usize) {
         if let Some(changed) = &mut self.changed {
             if changed.len() < MOST_CHANGES {
@@ -396,13 +424,13 @@ impl OccupancyMap {
 
     /// Centres of the occupied cells within `radius_m`, world frame \[m\], by row, then column.
     pub fn occupied_near(&self, center_in_world: Point2, radius_m: f64) -> Vec<Point2> {
-        self.near(center_in_world, radius_m, |i| self.class[i] == Occupancy::Occupied)
+        self.occupied_near_where(center_in_world, radius_m, |_| true)
     }
 
     /// Like [`Self::occupied_near`], but only what the prior map does not show. Without a prior
     /// map that is everything.
     pub fn unmapped_near(&self, center_in_world: Point2, radius_m: f64) -> Vec<Point2> {
-        self.near(center_in_world, radius_m, |i| self.is_unmapped(i))
+        self.occupied_near_where(center_in_world, radius_m, |i| !self.is_prior_wall(i))
     }
 
     /// True at cells that are occupied and were not so in the prior map.
@@ -418,8 +446,7 @@ impl OccupancyMap {
             let far = || self.geometry.center(self.geometry.cell(i)).distance(center_in_world) > beyond_m;
             if self.is_unmapped(i) && far() && !self.felt.contains(&(i as u32)) {
                 let prior = self.prior.as_ref().map_or(Occupancy::Unknown, |prior| prior[i]);
-                self.class[i] = prior;
-                self.note_change(i);
+                self.set_class(i, prior);
                 self.log_odds[i] = if prior == Occupancy::Free { self.config.prior_free as f32 } else { 0.0 };
                 forgotten += 1;
             }
@@ -432,14 +459,24 @@ impl OccupancyMap {
 
     /// Frees every cell within `radius_m`, but not the walls of the prior map: the robot stands here.
     pub fn clear_disc(&mut self, center_in_world: Point2, radius_m: f64) {
-        let mut cells = Vec::new();
-        self.visit(center_in_world, radius_m, |i| cells.push(i));
-        for i in cells {
-            if !self.is_prior_wall(i) {
-                self.log_odds[i] = self.log_odds[i].min(self.config.floor as f32);
-                self.touched.push(i as u32);
-            }
+        self.clear_discs([center_in_world], radius_m);
+    }
+
+    /// As [`Self::clear_disc`], around every one of `centers_in_world`.
+    pub fn clear_discs(&mut self, centers_in_world: impl IntoIterator<Item = Point2>, radius_m: f64) {
+        let floor = self.config.floor as f32;
+        let mut touched = std::mem::take(&mut self.touched);
+        let mut log_odds = std::mem::take(&mut self.log_odds);
+        for center in centers_in_world {
+            self.visit(center, radius_m, |i| {
+                let is_clear = log_odds[i] <= floor && self.class[i] == Occupancy::Free;
+                if !is_clear && !self.is_prior_wall(i) {
+                    log_odds[i] = log_odds[i].min(floor);
+                    touched.push(i as u32);
+                }
+            });
         }
+        (self.log_odds, self.touched) = (log_odds, touched);
         self.classify();
     }
 
@@ -451,20 +488,45 @@ impl OccupancyMap {
         self.class[index] == Occupancy::Occupied && !self.is_prior_wall(index)
     }
 
-    fn near(&self, center: Point2, radius_m: f64, wanted: impl Fn(usize) -> bool) -> Vec<Point2> {
+    /// Of [`Self::occupied_near`], the cells whose index is `wanted`.
+    pub(crate) fn occupied_near_where(
+        &self,
+        center: Point2,
+        radius_m: f64,
+        wanted: impl Fn(usize) -> bool,
+    ) -> Vec<Point2> {
         let mut found = Vec::new();
-        self.visit(center, radius_m, |i| {
-            if wanted(i) {
-                found.push(self.geometry.center(self.geometry.cell(i)));
-            }
+        self.visit_rows(center, radius_m, |row, first, last, within| {
+            self.occupied.each_in(row, first, last, |col| {
+                let cell = Cell::new(row, col);
+                if within.holds(col) && wanted(self.geometry.index(cell)) {
+                    found.push(self.geometry.center(cell));
+                }
+            });
         });
         found
     }
 
     /// Calls `seen` with every cell whose centre lies within `radius_m`, by row, then column.
     fn visit(&self, center_in_world: Point2, radius_m: f64, mut seen: impl FnMut(usize)) {
+        self.visit_rows(center_in_world, radius_m, |row, first, last, within| {
+            for col in (first..=last).filter(|&col| within.holds(col)) {
+                seen(self.geometry.index(Cell::new(row, col)));
+            }
+        });
+    }
+
+    /// Calls `seen` with every row that a disc may touch, the columns that hold it, and what tells which of
+    /// their cells are within it there.
+    #[inline]
+    fn visit_rows(
+        &self,
+        center_in_world: Point2,
+        radius_m: f64,
+        mut seen: impl FnMut(usize, usize, usize, Within),
+    ) {
         let res = self.geometry.resolution_m;
-        let at = self.geometry.world_from_grid.inverse() * center_in_world;
+        let at = self.geometry.in_grid(center_in_world);
         if !(at.is_finite() && radius_m >= 0.0) || self.geometry.is_empty() {
             return;
         }
@@ -480,12 +542,7 @@ impl OccupancyMap {
         };
         for row in row0..=row1 {
             let dy = (row as f64 + 0.5) * res - at.y;
-            for col in col0..=col1 {
-                let dx = (col as f64 + 0.5) * res - at.x;
-                if dx * dx + dy * dy <= radius_m * radius_m {
-                    seen(self.geometry.index(Cell::new(row, col)));
-                }
-            }
+            seen(row, col0, col1, Within { res, at_x: at.x, dy, radius_m });
         }
     }
 
@@ -505,8 +562,7 @@ impl OccupancyMap {
             };
             if class != self.class[i] {
                 changed = true;
-                self.class[i] = class;
-                self.note_change(i);
+                self.set_class(i, class);
             }
         }
         self.touched = touched;
@@ -563,6 +619,7 @@ impl OccupancyMap {
         self.geometry = geometry;
         self.first = first;
         self.log_odds = log_odds;
+        self.occupied = Marks::of(rows, cols, &class, |&class| class == Occupancy::Occupied);
         self.class = class;
         self.revision += 1;
         Ok(())

@@ -7,6 +7,7 @@ mod grid;
 mod kept_costs;
 mod local_map;
 mod mapping;
+mod marks;
 mod maze;
 mod motion;
 mod random;

@@ -1,6 +1,7 @@
 //! How a wall answers a sonar: a smooth wall hit obliquely reflects the cry away and is not heard;
 //! corners, edges and small things answer to every side `[KucSiegel87]`.
 
+use super::marks::WINDOW;
 use super::raycast::Traversal;
 use super::{Grid, GridGeometry};
 use crate::geometry::{Point2, Pose2};
@@ -12,7 +13,7 @@ pub(crate) const LOST_INCIDENCE_RAD: f64 = 0.61;
 
 /// What the surface of a cell is to a cry from one side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Surface {
+pub(super) struct Surface {
     /// Part of a straight face: cosine of the angle between the cry and its normal. None when the
     /// cells around do not form one (a corner, a post, a crumb).
     pub face_cos: Option<f64>,
@@ -22,7 +23,7 @@ pub(crate) struct Surface {
 
 impl Surface {
     /// How surely this surface answers, 0 to 1; its ends answer as corners do when `ends_answer`.
-    pub(crate) fn echo(self, ends_answer: bool) -> f64 {
+    pub(super) fn echo(self, ends_answer: bool) -> f64 {
         match self.face_cos {
             None => 1.0,
             Some(_) if self.is_end && ends_answer => 1.0,
@@ -38,11 +39,7 @@ impl Surface {
 const REACH: i64 = 3;
 
 /// The surface at cell `index` for a cry that travels along `unit` (in the grid's frame).
-///
-/// Only cells whose near side is open are looked at, so thick walls are judged by the face that is
-/// turned to the sonar. A face is straight when the smaller spread of these cells is a small part
-/// of the larger one.
-pub(crate) fn surface(
+fn surface(
     geometry: &GridGeometry,
     is_occupied: impl Fn(usize) -> bool,
     index: usize,
@@ -52,28 +49,49 @@ pub(crate) fn surface(
     let (row, col) = (index as i64 / cols, index as i64 % cols);
     let full =
         |r: i64, c: i64| r >= 0 && c >= 0 && r < rows && c < cols && is_occupied((r * cols + c) as usize);
-    let near_col = if unit.x.abs() > 0.2 { -(unit.x.signum() as i64) } else { 0 };
-    let near_row = if unit.y.abs() > 0.2 { -(unit.y.signum() as i64) } else { 0 };
-    let (mut n, mut sx, mut sy, mut sxx, mut sxy, mut syy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let reach = WINDOW as i64;
+    surface_in(
+        std::array::from_fn(|i| {
+            let r = row + i as i64 - reach;
+            (0..=2 * reach).map(|j| u16::from(full(r, col + j - reach)) << j).sum()
+        }),
+        unit,
+    )
+}
+
+/// The surface in the middle of a [window](super::marks::Marks::window) of occupied cells, for a cry that
+/// travels along `unit`.
+///
+/// Only cells whose near side is open are looked at, so thick walls are judged by the face that is
+/// turned to the sonar. A face is straight when the smaller spread of these cells is a small part
+/// of the larger one.
+pub(super) fn surface_in(full: [u16; 2 * WINDOW + 1], unit: Point2) -> Surface {
+    // The cells beside the square count only as neighbours.
+    const SQUARE: u16 = ((1 << (2 * REACH + 1)) - 1) << (WINDOW as i64 - REACH);
+    let (aside, before) = (unit.x.abs() > 0.2, unit.y.abs() > 0.2);
+    let (mut n, mut sx, mut sy, mut sxx, mut sxy, mut syy) = (0, 0, 0, 0, 0, 0);
     for dr in -REACH..=REACH {
-        for dc in -REACH..=REACH {
-            let (r, c) = (row + dr, col + dc);
-            if !full(r, c) {
-                continue;
-            }
-            let faces =
-                (near_col != 0 && !full(r, c + near_col)) || (near_row != 0 && !full(r + near_row, c));
-            if faces {
-                let (x, y) = (dc as f64, dr as f64);
-                n += 1.0;
-                sx += x;
-                sy += y;
-                sxx += x * x;
-                sxy += x * y;
-                syy += y * y;
-            }
+        let at = (dr + WINDOW as i64) as usize;
+        let mut open = 0;
+        if aside {
+            open |= if unit.x > 0.0 { !(full[at] << 1) } else { !(full[at] >> 1) };
+        }
+        if before {
+            open |= if unit.y > 0.0 { !full[at - 1] } else { !full[at + 1] };
+        }
+        let mut faces = full[at] & open & SQUARE;
+        while faces != 0 {
+            let dc = i64::from(faces.trailing_zeros()) - WINDOW as i64;
+            faces &= faces - 1;
+            n += 1;
+            sx += dc;
+            sy += dr;
+            sxx += dc * dc;
+            sxy += dc * dr;
+            syy += dr * dr;
         }
     }
+    let [n, sx, sy, sxx, sxy, syy] = [n, sx, sy, sxx, sxy, syy].map(|sum| sum as f64);
     if n < 3.0 {
         return Surface { face_cos: None, is_end: true };
     }
