@@ -36,6 +36,8 @@ pub(super) struct Keep<'a> {
     body: GrownBox,
     points: &'a [(f64, Point2)],
     least_m: f64,
+    /// Farther than this from the robot's centre nothing is nearer than `least_m`.
+    near_m: f64,
     now_m: Vec<f64>,
 }
 
@@ -60,12 +62,12 @@ impl<'a> Keep<'a> {
         let count = nearest_first.partition_point(|&(distance_m, _)| distance_m <= reach_m);
         let points = &nearest_first[..count];
         let now_m = points.iter().map(|&(_, p)| body.distance(p) - body.growth_m).collect();
-        Self { body, points, least_m, now_m }
+        Self { body, points, least_m, near_m: body.radius_m() + least_m, now_m }
     }
 
     /// Whether it is so with the robot at `pose`, seen from where it stands now.
     pub fn holds(&self, robot_from_start: crate::geometry::Pose2, travelled_m: f64) -> bool {
-        let reach_m = self.body.radius_m() + self.least_m + travelled_m;
+        let reach_m = self.near_m + travelled_m;
         let robot_from_start = robot_from_start.turned();
         self.points.iter().zip(&self.now_m).take_while(|((d, _), _)| *d <= reach_m).all(
             |(&(_, p), &now_m)| {

@@ -188,10 +188,11 @@ impl Cvm {
         obstacles_in_robot: &[Point2],
         dt_s: f64,
     ) -> bool {
-        let nearest_first = self.nearest_first(obstacles_in_robot);
+        let held_to = self.outline.grown(self.config.margin_m);
+        let nearest_first =
+            self.nearest_to_stop(&held_to, current, pending, command, obstacles_in_robot, dt_s);
         let start = self.limits.reachable(current, pending, self.config.latency_s);
         let window = Window::reachable(&self.limits, start, dt_s);
-        let held_to = self.outline.grown(self.config.margin_m);
         let already_nearer = nearest_first.iter().any(|&(_, p)| held_to.contains(p));
         let outline = if already_nearer { self.body.grown(self.config.obstacle_radius_m) } else { held_to };
         self.motion(command, &Seen { current, pending, start, dt_s, window, nearest_first: &nearest_first })
@@ -518,6 +519,28 @@ impl Cvm {
 
     pub(super) fn clearance_m(&self, point_in_robot: Point2) -> f64 {
         (self.body.distance(point_in_robot) - self.body.growth_m).max(0.0)
+    }
+
+    /// Of [`Self::nearest_first`], at least what `outline` could meet before rest if `command` is the last one.
+    fn nearest_to_stop(
+        &self,
+        outline: &GrownBox,
+        current: Twist2,
+        pending: Twist2,
+        command: Twist2,
+        obstacles_in_robot: &[Point2],
+        dt_s: f64,
+    ) -> Vec<(f64, Point2)> {
+        let twists = [current, pending, command];
+        let speed_mps = twists.iter().map(|twist| twist.linear_mps.abs()).fold(0.0, f64::max);
+        let rate_radps = twists.iter().map(|twist| twist.angular_radps.abs()).fold(0.0, f64::max);
+        let rests_s = (speed_mps / self.limits.linear_mps2).max(rate_radps / self.limits.angular_radps2);
+        let travels_m = speed_mps * (self.config.latency_s + dt_s + rests_s);
+        // And a little more: the outline is looked at grown, and numbers are rounded.
+        let reach_m = outline.radius_m() + travels_m + 0.1;
+        let near: Vec<Point2> =
+            obstacles_in_robot.iter().copied().filter(|&p| p.dot(p) <= reach_m * reach_m).collect();
+        self.nearest_first(&near)
     }
 
     /// Obstacles that any motion could meet, with their distances, nearest first.

@@ -50,7 +50,7 @@ pub(super) fn leave(
         let mut gained: Option<usize> = None;
         for i in 1..=SAMPLES + onward {
             let share = i as f64 / SAMPLES as f64;
-            let robot_from_start = unit.displacement(share * REACH).inverse();
+            let robot_from_start = unit.displacement(share * REACH).inverse().turned();
             let clearance =
                 near.iter().map(|&p| body.distance(robot_from_start * p)).fold(f64::INFINITY, f64::min);
             let least_m = if gained.is_some() { target_m - GAIN_M } else { least_m };

@@ -26,11 +26,12 @@ impl BrakingMotion<'_> {
     /// from one to the next, with the outline grown by half of it: nothing between is missed.
     pub fn is_clear(&self, outline: &GrownBox, nearest_first: &[(f64, Point2)]) -> bool {
         let grown = outline.grown(STRIDE_M / 2.0);
+        let radius_m = grown.radius_m();
         self.all(outline.radius_m(), |robot_from_start, travelled_m| {
             let robot_from_start = robot_from_start.turned();
             nearest_first
                 .iter()
-                .take_while(|(distance_m, _)| *distance_m <= grown.radius_m() + travelled_m)
+                .take_while(|(distance_m, _)| *distance_m <= radius_m + travelled_m)
                 .all(|&(_, point)| !grown.contains(robot_from_start * point))
         })
     }

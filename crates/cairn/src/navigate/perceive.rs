@@ -322,15 +322,7 @@ impl Navigator {
     /// Occupied now, near the robot, and not so when the plan was made.
     fn unplanned_near(&self, position: Point2) -> Vec<Point2> {
         match &self.field {
-            // The same cells: what is at a cell's centre is at the cell.
-            Some(field) if field.occupied.geometry == self.map.geometry() => {
-                self.map.occupied_near_where(position, 5.0, |i| !field.occupied.values[i])
-            }
-            Some(field) => {
-                let mut near = self.map.occupied_near(position, 5.0);
-                near.retain(|&p| !field.occupied.at_point(p).is_some_and(|known| *known));
-                near
-            }
+            Some(field) => self.map.occupied_near_but(position, 5.0, &field.occupied),
             None => self.map.occupied_near(position, 5.0),
         }
     }

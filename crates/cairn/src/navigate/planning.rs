@@ -8,7 +8,7 @@ use super::config::PathShape;
 use crate::geometry::{Point2, Pose2};
 use crate::plan::{Crossed, Field, GridPlanner, PlanOptions};
 use crate::robot::Footprint;
-use crate::world::{Cell, Grid, GridGeometry, KeptCosts, Occupancy, OccupancyGrid};
+use crate::world::{Cell, CellSet, Grid, GridGeometry, KeptCosts, Occupancy, OccupancyGrid};
 
 /// A cost-to-go field laid over the world, shared by every robot that wants the same goal.
 #[derive(Clone, Debug)]
@@ -16,7 +16,7 @@ pub struct WorldField {
     /// Cost-to-go and policy, with the cost per metre that they rest on.
     pub field: Arc<Field>,
     /// What the map held as occupied when the way was walked.
-    pub occupied: Arc<Grid<bool>>,
+    pub occupied: Arc<CellSet>,
     /// What it leads to; several for exploring.
     pub goals: Vec<Point2>,
 }
@@ -130,13 +130,7 @@ pub(super) fn solve_to(
     let geometry = costs.geometry();
     let grid = planner.copied_f32(geometry, &costs.costs().values);
     let field = planner.plan_costs_f32(grid, cells, &PlanOptions::default()).map_err(|_| Refusal::NoPath)?;
-    Ok(WorldField { field: Arc::new(field), occupied: occupied(costs.seen()), goals })
-}
-
-/// What is occupied, to tell later what came since.
-pub(super) fn occupied(seen: &OccupancyGrid) -> Arc<Grid<bool>> {
-    let occupied = seen.values.iter().map(|&seen| seen == Occupancy::Occupied).collect();
-    Arc::new(Grid::new(seen.geometry, occupied))
+    Ok(WorldField { field: Arc::new(field), occupied: Arc::new(costs.occupied()), goals })
 }
 
 /// Distance from `point` to the nearest occupied cell \[m\]; infinite if there is none.
@@ -226,7 +220,7 @@ impl WorldField {
             for col in from.col.saturating_sub(reach)..(from.col + reach + 1).min(geometry.cols) {
                 let cell = Cell::new(row, col);
                 let center = geometry.center(cell);
-                if *self.occupied.at(cell) && body.distance(robot_from_world * center) == 0.0 {
+                if self.occupied.holds(cell) && body.distance(robot_from_world * center) == 0.0 {
                     return Err(Refusal::StartBlocked);
                 }
                 let distance_m = center.distance(start);
@@ -240,7 +234,7 @@ impl WorldField {
             .into_iter()
             .map(|(_, cell)| cell)
             .find(|&cell| {
-                self.all_along(start, geometry.center(cell), |grid_cell| !*self.occupied.at(grid_cell))
+                self.all_along(start, geometry.center(cell), |grid_cell| !self.occupied.holds(grid_cell))
             })
             .ok_or(if self.cost_at(from).is_finite() { Refusal::NoPath } else { Refusal::StartBlocked })
     }

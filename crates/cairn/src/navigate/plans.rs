@@ -1,7 +1,9 @@
 //! What entering a mode changes; plans, and the way walked down their fields.
 
+use std::sync::Arc;
+
 use super::navigator::Navigator;
-use super::planning::{Refusal, WorldField, occupied, padded, solve, solve_frontiers};
+use super::planning::{Refusal, WorldField, padded, solve, solve_frontiers};
 use super::record::{PlanRecord, Task, TaskStatus};
 use super::recovery::{Cause, Recovery};
 use super::strategy::{Mode, Reason};
@@ -189,7 +191,7 @@ impl Navigator {
         self.waypoints = waypoints.points().to_vec();
         self.tracker.follow(waypoints);
         if let (Some(field), Some(kept)) = (&mut self.field, &self.keeper.costs) {
-            field.occupied = occupied(kept.seen());
+            field.occupied = Arc::new(kept.occupied());
         }
         self.begin_way();
         Ok(())

@@ -36,13 +36,30 @@ struct Cone {
     half_rad: f64,
 }
 
+/// The part of a cone in which cells count that are not occupied.
+#[derive(Clone, Copy)]
+struct Open {
+    tan: f32,
+    near2: f32,
+    far2: f32,
+}
+
 /// Where a row of cells may lie in a cone between two distances, told in generous bounds.
 struct Strip {
-    /// Sides of the cone: inside, `p · dx + q · dy` is at most 0.
-    sides: [(f64, f64); 2],
+    sides: [Side; 2],
     near2: f64,
     far2: f64,
+    /// What single precision may be off by, where a side bounds at all.
     slack_m: f64,
+    /// Side of a cell.
+    res: f64,
+}
+
+/// Where a side of a cone crosses a row, by the row's offset, and whether it bounds the row to the right.
+enum Side {
+    Nowhere,
+    Left(f64),
+    Right(f64),
 }
 
 /// Sides of a cone flatter than this against a row bound nothing.
@@ -50,38 +67,44 @@ const FLAT: f64 = 1e-2;
 
 impl Strip {
     fn new(axis: Point2, tan: f64, near_m: f64, far_m: f64, res: f64) -> Self {
-        // What single precision may be off by, where a side bounds at all, and a cell.
-        let slack_m = res + 1e-3 * far_m.abs();
+        let slack_m = 1e-3 * far_m.abs() + 1e-6;
+        // Inside, p · dx + q · dy is at most 0.
+        let side = |p: f64, q: f64| {
+            if p > FLAT {
+                Side::Right(-q / p)
+            } else if p < -FLAT {
+                Side::Left(-q / p)
+            } else {
+                Side::Nowhere
+            }
+        };
         let sides = [
-            (-axis.y - tan * axis.x, axis.x - tan * axis.y),
-            (axis.y - tan * axis.x, -axis.x - tan * axis.y),
+            side(-axis.y - tan * axis.x, axis.x - tan * axis.y),
+            side(axis.y - tan * axis.x, -axis.x - tan * axis.y),
         ];
         let (near_m, far_m) = ((near_m - slack_m).max(0.0), far_m.abs() + slack_m);
-        Self { sides, near2: near_m * near_m, far2: far_m * far_m, slack_m }
+        Self { sides, near2: near_m * near_m, far2: far_m * far_m, slack_m, res }
     }
 
     /// Spans of the offset from the apex along the row at `dy` from it \[m\], in order.
     fn at(&self, dy: f64) -> impl Iterator<Item = (f64, f64)> {
         let half_m = (self.far2 - dy * dy).max(0.0).sqrt();
         let (mut lo, mut hi) = (-half_m, half_m);
-        for (p, q) in self.sides {
-            let edge = -q * dy / p;
-            if p > FLAT {
-                hi = hi.min(edge + self.slack_m);
-            } else if p < -FLAT {
-                lo = lo.max(edge - self.slack_m);
+        for side in &self.sides {
+            match *side {
+                Side::Nowhere => {}
+                Side::Left(slope) => lo = lo.max(slope * dy - self.slack_m),
+                Side::Right(slope) => hi = hi.min(slope * dy + self.slack_m),
             }
         }
-        let slack_m = self.slack_m;
-        let hollow_m = (self.near2 - dy * dy).max(0.0).sqrt();
+        let hollow_m = if self.near2 > 0.0 { (self.near2 - dy * dy).max(0.0).sqrt() } else { 0.0 };
         // Two spans only if they share no cell.
-        let spans = if hollow_m > 3.0 * slack_m {
+        let spans = if hollow_m > self.res {
             [(lo, hi.min(-hollow_m)), (lo.max(hollow_m), hi)]
         } else {
-            [(lo, hi), (hi, lo)]
+            [(lo, hi), (1.0, 0.0)]
         };
-        let spans = spans.into_iter().filter(|(lo, hi)| lo < hi);
-        spans.map(move |(lo, hi)| (lo - slack_m, hi + slack_m))
+        spans.into_iter().filter(|(lo, hi)| lo <= hi)
     }
 }
 
@@ -197,9 +220,9 @@ impl OccupancyMap {
         self.reach(lo - margin, hi + margin)
     }
 
-    /// Collects the cells of a cone whose centres lie between two distances; only those that are occupied or
-    /// have more evidence than `above`.
-    fn collect(&mut self, cone: &Cone, near_m: f64, far_m: f64, above: f32) {
+    /// Collects the cells of a cone whose centres lie between two distances. Of those that are not occupied
+    /// only the ones with more evidence than `above`, and inside `open` if that is smaller.
+    fn collect(&mut self, cone: &Cone, near_m: f64, far_m: f64, above: f32, open: Option<Open>) {
         let GridGeometry { rows, cols, resolution_m: res, .. } = self.geometry;
         let cells = &mut self.scratch.cells;
         cells.clear();
@@ -221,17 +244,21 @@ impl OccupancyMap {
         let near2 = if near_m <= 0.0 { -1.0 } else { near2 };
         let columns = span(lo.x, hi.x, cols);
         let strip = Strip::new(axis, f64::from(tan), near_m, far_m, res);
+        let per_m = 1.0 / res;
+        let Open { tan: open_tan, near2: open_near2, far2: open_far2 } =
+            open.unwrap_or(Open { tan: f32::INFINITY, near2: -1.0, far2: f32::INFINITY });
         for row in span(lo.y, hi.y, rows) {
             let exact_dy = (row as f64 + 0.5) * res - cone.apex.y;
             let dy = exact_dy as f32;
             for (from_m, to_m) in strip.at(exact_dy) {
-                let first = ((from_m + cone.apex.x) / res).max(columns.start as f64) as usize;
-                let end = ((to_m + cone.apex.x) / res + 1.0).clamp(0.0, columns.end as f64) as usize;
+                let first = ((from_m + cone.apex.x) * per_m).max(columns.start as f64) as usize;
+                let end = ((to_m + cone.apex.x) * per_m + 1.0).clamp(0.0, columns.end as f64) as usize;
                 let first = first.min(end);
                 let (from, to) = (row * cols + first, row * cols + end);
                 let evidence = self.log_odds[from..to].iter().zip(&self.class[from..to]);
                 for (col, (&log_odds, &class)) in (first..end).zip(evidence) {
-                    if log_odds <= above && class != Occupancy::Occupied {
+                    let is_open = class != Occupancy::Occupied;
+                    if is_open && log_odds <= above {
                         continue;
                     }
                     let dx = ((col as f64 + 0.5) * res - cone.apex.x) as f32;
@@ -239,6 +266,9 @@ impl OccupancyMap {
                     let across = dy * ax - dx * ay;
                     let d2 = dx * dx + dy * dy;
                     if along <= 0.0 || across.abs() > tan * along || d2 > far2 || d2 < near2 {
+                        continue;
+                    }
+                    if is_open && (across.abs() > open_tan * along || d2 > open_far2 || d2 < open_near2) {
                         continue;
                     }
                     cells.push(ConeCell {
@@ -265,7 +295,7 @@ impl OccupancyMap {
             Heard::Nothing => (c.sonar_miss_range_m.min(max_range_m), c.sonar_miss_free, c.sonar_miss_floor),
         };
         let mut blocked = [f32::INFINITY; BINS];
-        self.collect(cone, 0.0, free_end_m, floor as f32);
+        self.collect(cone, 0.0, free_end_m, floor as f32, None);
         let mut cells = std::mem::take(&mut self.scratch.cells);
         let half_res = 0.5 * res as f32;
         let block = |cell: &ConeCell, blocked: &mut [f32; BINS]| {
@@ -339,7 +369,12 @@ impl OccupancyMap {
         let wide = Cone { half_rad: cone.half_rad + slack_rad, ..*cone };
         let beyond = (wide.half_rad.min(1.5).tan() / cone.half_rad.min(1.5).tan()) as f32;
         let beside_m = (c.prior_slack_m + 0.02 * range_m) as f32;
-        self.collect(&wide, range_m - wide_m, range_m + wide_m, f32::NEG_INFINITY);
+        // Only a wall may answer from beside the cone, or from as far off as the prior map may be; bounds with
+        // room for rounding, as what is told below decides.
+        let (near_m, far_m) = ((range_m as f32 - own_m - 1e-3).max(0.0), range_m as f32 + own_m + 1e-3);
+        let open_tan = (cone.half_rad.min(1.5).tan() * 1.001) as f32;
+        let open = Open { tan: open_tan, near2: near_m * near_m, far2: far_m * far_m };
+        self.collect(&wide, range_m - wide_m, range_m + wide_m, f32::NEG_INFINITY, Some(open));
         let mut cells = std::mem::take(&mut self.scratch.cells);
         let mut total = 0.0f32;
         for cell in &mut cells {

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::costmap::Pricing;
+use super::marks::{CellSet, Marks};
 use super::{
     Cell, CostLayer, CostmapConfig, Grid, GridGeometry, Occupancy, OccupancyGrid, UnknownCells, WorldError,
     costmap_with_layers,
@@ -16,6 +17,8 @@ pub struct KeptCosts {
     config: CostmapConfig,
     ground: Option<Vec<f32>>,
     seen: OccupancyGrid,
+    /// Occupied cells of `seen`.
+    occupied: Marks,
     costs: Grid<f32>,
 }
 
@@ -40,7 +43,9 @@ impl KeptCosts {
         ground: Option<Vec<f32>>,
     ) -> Result<Self, WorldError> {
         let costs = costmap_with_layers(&seen, &footprint, &config, ground.as_deref(), &[])?;
-        Ok(Self { footprint, config, ground, seen, costs })
+        let GridGeometry { rows, cols, .. } = seen.geometry;
+        let occupied = Marks::of(rows, cols, &seen.values, |&seen| seen == Occupancy::Occupied);
+        Ok(Self { footprint, config, ground, seen, occupied, costs })
     }
 
     /// Cost per metre of every cell.
@@ -53,6 +58,11 @@ impl KeptCosts {
         &self.seen
     }
 
+    /// The occupied cells of what is priced.
+    pub fn occupied(&self) -> CellSet {
+        CellSet::new(self.seen.geometry, self.occupied.clone())
+    }
+
     /// Shape and place.
     pub fn geometry(&self) -> GridGeometry {
         self.seen.geometry
@@ -61,7 +71,7 @@ impl KeptCosts {
     /// Takes over what cells are now and prices anew what that touches. Cells outside are left out.
     pub fn update(&mut self, now: impl IntoIterator<Item = (Cell, Occupancy)>) -> CostChanges {
         let geometry = self.seen.geometry;
-        let mut touched: Option<[usize; 4]> = None;
+        let mut touched = Touched::default();
         let is_priced = matches!(self.config.unknown, UnknownCells::Priced { .. });
         for (cell, now) in now {
             if cell.row >= geometry.rows || cell.col >= geometry.cols {
@@ -70,20 +80,27 @@ impl KeptCosts {
             let before = &mut self.seen.values[geometry.index(cell)];
             let dearer = self.config.is_blocking(*before) != self.config.is_blocking(now);
             if dearer || (is_priced && *before != now) {
-                let Cell { row, col } = cell;
-                let [r0, r1, c0, c1] = touched.unwrap_or([row, row, col, col]);
-                touched = Some([r0.min(row), r1.max(row), c0.min(col), c1.max(col)]);
+                touched.push(cell);
             }
             *before = now;
+            self.occupied.set(cell.row, cell.col, now == Occupancy::Occupied);
         }
-        match touched {
-            Some([r0, r1, c0, c1]) => self.price(r0, r1, c0, c1),
-            None => CostChanges::default(),
+        let mut changes = CostChanges::default();
+        let boxes = touched.boxes();
+        for &changed in &boxes {
+            self.price(changed, &mut changes);
         }
+        if boxes.len() > 1 {
+            let mut both: Vec<(Cell, f32)> = changes.cells.into_iter().zip(changes.costs).collect();
+            both.sort_unstable_by_key(|&(cell, _)| cell);
+            (changes.cells, changes.costs) = both.into_iter().unzip();
+        }
+        changes
     }
 
-    /// Prices the box of changed cells, grown by how far a change reaches.
-    fn price(&mut self, r0: usize, r1: usize, c0: usize, c1: usize) -> CostChanges {
+    /// Prices a box of changed cells, grown by how far a change reaches.
+    fn price(&mut self, changed: [usize; 4], changes: &mut CostChanges) {
+        let [r0, r1, c0, c1] = changed;
         let geometry = self.seen.geometry;
         let ground = self.ground.as_deref().map(|values| CostLayer {
             name: "ground",
@@ -99,10 +116,9 @@ impl KeptCosts {
         };
         let (rows, cols) = (grown(r0, r1, geometry.rows), grown(c0, c1, geometry.cols));
         let mut priced = pricing.of(&self.seen, rows.clone(), cols.clone()).into_iter();
-        let mut changes = CostChanges::default();
         for row in rows {
             for col in cols.clone() {
-                let Some(cost) = priced.next() else { return changes };
+                let Some(cost) = priced.next() else { return };
                 let there = &mut self.costs.values[row * geometry.cols + col];
                 if *there != cost {
                     *there = cost;
@@ -111,7 +127,42 @@ impl KeptCosts {
                 }
             }
         }
-        changes
+    }
+}
+
+/// Cells nearer to each other than this share a box: what is priced around both would overlap.
+const APART: usize = 24;
+
+/// Boxes around changed cells: first and last row, first and last column.
+#[derive(Default)]
+struct Touched(Vec<[usize; 4]>);
+
+impl Touched {
+    fn push(&mut self, cell: Cell) {
+        let Cell { row, col } = cell;
+        let is_near = |&&mut [r0, r1, c0, c1]: &&mut [usize; 4]| {
+            row + APART >= r0 && row <= r1 + APART && col + APART >= c0 && col <= c1 + APART
+        };
+        match self.0.iter_mut().find(is_near) {
+            Some([r0, r1, c0, c1]) => {
+                (*r0, *r1, *c0, *c1) = ((*r0).min(row), (*r1).max(row), (*c0).min(col), (*c1).max(col));
+            }
+            None => self.0.push([row, row, col, col]),
+        }
+    }
+
+    /// The boxes, or the one around all of them if that is hardly more to price.
+    fn boxes(self) -> Vec<[usize; 4]> {
+        let grown = |&[r0, r1, c0, c1]: &[usize; 4]| (r1 - r0 + 3 * APART) * (c1 - c0 + 3 * APART);
+        let around =
+            |a: [usize; 4], b: &[usize; 4]| [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])];
+        match self.0.as_slice() {
+            [first, rest @ ..] => {
+                let all = rest.iter().fold(*first, around);
+                if grown(&all) <= self.0.iter().map(grown).sum() { vec![all] } else { self.0 }
+            }
+            [] => self.0,
+        }
     }
 }
 
@@ -153,6 +204,11 @@ mod tests {
                 }
                 let anew = costmap_with_layers(&now, &ROBOT, &config, ground.as_deref(), &[]).unwrap();
                 prop_assert_eq!(kept.costs(), &anew);
+                let occupied = kept.occupied();
+                for i in 0..geometry.len() {
+                    let cell = geometry.cell(i);
+                    prop_assert_eq!(occupied.holds(cell), *now.at(cell) == Occupancy::Occupied);
+                }
                 let differ = (0..geometry.len()).filter(|&i| before.values[i] != anew.values[i]);
                 let told: Vec<usize> = changes.cells.iter().map(|&cell| geometry.index(cell)).collect();
                 prop_assert_eq!(differ.collect::<Vec<_>>(), told);

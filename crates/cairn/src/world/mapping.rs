@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::marks::Marks;
-use super::{Cell, Grid, GridGeometry, Occupancy, OccupancyGrid};
+use super::{Cell, CellSet, Grid, GridGeometry, Occupancy, OccupancyGrid};
 use crate::geometry::{Point2, Pose2};
 use crate::robot::RobotProfile;
 
@@ -424,13 +424,13 @@ impl OccupancyMap {
 
     /// Centres of the occupied cells within `radius_m`, world frame \[m\], by row, then column.
     pub fn occupied_near(&self, center_in_world: Point2, radius_m: f64) -> Vec<Point2> {
-        self.occupied_near_where(center_in_world, radius_m, |_| true)
+        self.occupied_near_where(center_in_world, radius_m, None, |_| true)
     }
 
     /// Like [`Self::occupied_near`], but only what the prior map does not show. Without a prior
     /// map that is everything.
     pub fn unmapped_near(&self, center_in_world: Point2, radius_m: f64) -> Vec<Point2> {
-        self.occupied_near_where(center_in_world, radius_m, |i| !self.is_prior_wall(i))
+        self.occupied_near_where(center_in_world, radius_m, None, |i| !self.is_prior_wall(i))
     }
 
     /// True at cells that are occupied and were not so in the prior map.
@@ -488,16 +488,26 @@ impl OccupancyMap {
         self.class[index] == Occupancy::Occupied && !self.is_prior_wall(index)
     }
 
-    /// Of [`Self::occupied_near`], the cells whose index is `wanted`.
-    pub(crate) fn occupied_near_where(
+    /// Of [`Self::occupied_near`], the cells that are not `known`.
+    pub fn occupied_near_but(&self, center_in_world: Point2, radius_m: f64, known: &CellSet) -> Vec<Point2> {
+        if known.geometry() == self.geometry {
+            return self.occupied_near_where(center_in_world, radius_m, Some(known.marks()), |_| true);
+        }
+        let mut near = self.occupied_near(center_in_world, radius_m);
+        near.retain(|&point| !known.holds_at(point));
+        near
+    }
+
+    fn occupied_near_where(
         &self,
         center: Point2,
         radius_m: f64,
+        but: Option<&Marks>,
         wanted: impl Fn(usize) -> bool,
     ) -> Vec<Point2> {
         let mut found = Vec::new();
         self.visit_rows(center, radius_m, |row, first, last, within| {
-            self.occupied.each_in(row, first, last, |col| {
+            self.occupied.each_in(row, first, last, but, |col| {
                 let cell = Cell::new(row, col);
                 if within.holds(col) && wanted(self.geometry.index(cell)) {
                     found.push(self.geometry.center(cell));

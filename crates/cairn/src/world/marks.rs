@@ -1,5 +1,8 @@
 //! A bit for each cell of a grid, so that the few cells that matter are found without looking at the others.
 
+use super::{Cell, GridGeometry};
+use crate::geometry::Point2;
+
 /// Bits, row by row; every row begins with a new word.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Marks {
@@ -21,10 +24,21 @@ impl Marks {
     /// The cells, row-major, for which `is_marked`.
     pub fn of<T>(rows: usize, cols: usize, cells: &[T], is_marked: impl Fn(&T) -> bool) -> Self {
         let mut marks = Self::new(rows, cols);
-        for (i, _) in cells.iter().enumerate().filter(|(_, cell)| is_marked(cell)) {
-            marks.set(i / cols, i % cols, true);
+        if marks.words.is_empty() {
+            return marks;
+        }
+        let lines = cells.chunks_exact(cols).zip(marks.words.chunks_exact_mut(marks.words_per_row));
+        for (line, words) in lines {
+            for (cells, word) in line.chunks(64).zip(words) {
+                *word = cells.iter().rev().fold(0, |bits, cell| bits << 1 | u64::from(is_marked(cell)));
+            }
         }
         marks
+    }
+
+    /// Whether a cell is marked.
+    pub fn holds(&self, row: usize, col: usize) -> bool {
+        self.words[row * self.words_per_row + col / 64] >> (col % 64) & 1 == 1
     }
 
     /// Marks a cell, or not.
@@ -34,12 +48,20 @@ impl Marks {
         *word = if marked { *word | bit } else { *word & !bit };
     }
 
-    /// Calls `seen` with the marked columns of a row from `first` to `last`, in order.
+    /// Calls `seen` with the columns of a row from `first` to `last` that are marked here and not in `but`, a
+    /// grid of the same shape; in order.
     #[inline]
-    pub fn each_in(&self, row: usize, first: usize, last: usize, mut seen: impl FnMut(usize)) {
-        let words = &self.words[row * self.words_per_row..][..self.words_per_row];
-        for (word, &bits) in words.iter().enumerate().take(last / 64 + 1).skip(first / 64) {
-            let mut bits = bits;
+    pub fn each_in(
+        &self,
+        row: usize,
+        first: usize,
+        last: usize,
+        but: Option<&Self>,
+        mut seen: impl FnMut(usize),
+    ) {
+        let from = row * self.words_per_row;
+        for word in first / 64..=last / 64 {
+            let mut bits = self.words[from + word] & !but.map_or(0, |but| but.words[from + word]);
             if word == first / 64 {
                 bits &= !0 << (first % 64);
             }
@@ -73,6 +95,39 @@ impl Marks {
     }
 }
 
+/// Some cells of a grid.
+#[derive(Clone, Debug)]
+pub struct CellSet {
+    geometry: GridGeometry,
+    marks: Marks,
+}
+
+impl CellSet {
+    /// The cells that are marked.
+    pub(super) fn new(geometry: GridGeometry, marks: Marks) -> Self {
+        Self { geometry, marks }
+    }
+
+    /// Shape and place of the grid.
+    pub fn geometry(&self) -> GridGeometry {
+        self.geometry
+    }
+
+    /// Whether `cell`, which must be inside, is one of them.
+    pub fn holds(&self, cell: Cell) -> bool {
+        self.marks.holds(cell.row, cell.col)
+    }
+
+    /// Whether the cell at `point_in_world` is one of them; false outside.
+    pub fn holds_at(&self, point_in_world: Point2) -> bool {
+        self.geometry.cell_at(point_in_world).is_some_and(|cell| self.holds(cell))
+    }
+
+    pub(super) fn marks(&self) -> &Marks {
+        &self.marks
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -96,11 +151,21 @@ mod tests {
                 inside && cells[(row * cols as i64 + col) as usize]
             };
             let (row, col) = (at.0 % rows, at.1 % cols);
+            prop_assert_eq!(marks.holds(row, col), is_marked(row as i64, col as i64));
+            let mut one_by_one = Marks::new(rows, cols);
+            (0..cells.len()).for_each(|i| one_by_one.set(i / cols, i % cols, cells[i]));
+            prop_assert_eq!(&one_by_one, &marks);
             let (first, last) = ((span.0 % cols).min(span.1 % cols), (span.0 % cols).max(span.1 % cols));
             let mut told = Vec::new();
-            marks.each_in(row, first, last, |col| told.push(col));
+            marks.each_in(row, first, last, None, |col| told.push(col));
             let expected: Vec<usize> =
                 (first..=last).filter(|&col| is_marked(row as i64, col as i64)).collect();
+            prop_assert_eq!(told, expected);
+            let every_other = Marks::of(rows, cols, &(0..rows * cols).collect::<Vec<_>>(), |i| i % cols % 2 == 0);
+            let mut told = Vec::new();
+            marks.each_in(row, first, last, Some(&every_other), |col| told.push(col));
+            let expected: Vec<usize> =
+                (first..=last).filter(|&col| is_marked(row as i64, col as i64) && col % 2 == 1).collect();
             prop_assert_eq!(told, expected);
             for (i, bits) in marks.window(row, col).into_iter().enumerate() {
                 for j in 0..=2 * WINDOW {

@@ -21,6 +21,7 @@ pub use grid::{Cell, Grid, GridGeometry, Occupancy, OccupancyGrid};
 pub use kept_costs::{CostChanges, KeptCosts};
 pub use local_map::{Beams, LocalMap, LocalMapConfig};
 pub use mapping::{MappingConfig, MappingError, OccupancyMap};
+pub use marks::CellSet;
 pub use maze::perfect_maze;
 pub use motion::{Followed, MotionConfig, MotionWatch};
 pub(crate) use random::SplitMix;
