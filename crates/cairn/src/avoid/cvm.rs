@@ -189,14 +189,25 @@ impl Cvm {
         dt_s: f64,
     ) -> bool {
         let held_to = self.outline.grown(self.config.margin_m);
-        let nearest_first =
-            self.nearest_to_stop(&held_to, current, pending, command, obstacles_in_robot, dt_s);
+        let near = self.nearest_to_stop(&held_to, [current, pending, command], obstacles_in_robot, dt_s);
+        self.keeps_clear_of(current, pending, command, &near, dt_s)
+    }
+
+    pub(super) fn keeps_clear_of(
+        &self,
+        current: Twist2,
+        pending: Twist2,
+        command: Twist2,
+        nearest_first: &[(f64, Point2)],
+        dt_s: f64,
+    ) -> bool {
         let start = self.limits.reachable(current, pending, self.config.latency_s);
         let window = Window::reachable(&self.limits, start, dt_s);
+        let held_to = self.outline.grown(self.config.margin_m);
         let already_nearer = nearest_first.iter().any(|&(_, p)| held_to.contains(p));
         let outline = if already_nearer { self.body.grown(self.config.obstacle_radius_m) } else { held_to };
-        self.motion(command, &Seen { current, pending, start, dt_s, window, nearest_first: &nearest_first })
-            .is_clear(&outline, &nearest_first)
+        self.motion(command, &Seen { current, pending, start, dt_s, window, nearest_first })
+            .is_clear(&outline, nearest_first)
     }
 
     /// As [`Cvm::keeps_clear`], held to hardly more than no touch: for motions worked out with their margin.
@@ -521,21 +532,20 @@ impl Cvm {
         (self.body.distance(point_in_robot) - self.body.growth_m).max(0.0)
     }
 
-    /// Of [`Self::nearest_first`], at least what `outline` could meet before rest if `command` is the last one.
+    /// Of [`Self::nearest_first`], at least what `outline` could meet before rest, driven at any of `twists` and
+    /// then braked.
     fn nearest_to_stop(
         &self,
         outline: &GrownBox,
-        current: Twist2,
-        pending: Twist2,
-        command: Twist2,
+        twists: [Twist2; 3],
         obstacles_in_robot: &[Point2],
         dt_s: f64,
     ) -> Vec<(f64, Point2)> {
-        let twists = [current, pending, command];
         let speed_mps = twists.iter().map(|twist| twist.linear_mps.abs()).fold(0.0, f64::max);
         let rate_radps = twists.iter().map(|twist| twist.angular_radps.abs()).fold(0.0, f64::max);
         let rests_s = (speed_mps / self.limits.linear_mps2).max(rate_radps / self.limits.angular_radps2);
-        let travels_m = speed_mps * (self.config.latency_s + dt_s + rests_s);
+        // While it brakes it is half as fast as before, in the mean.
+        let travels_m = speed_mps * (self.config.latency_s + dt_s + rests_s / 2.0);
         // And a little more: the outline is looked at grown, and numbers are rounded.
         let reach_m = outline.radius_m() + travels_m + 0.1;
         let near: Vec<Point2> =

@@ -525,3 +525,65 @@ impl OccupancyMap {
         Some(best.1)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::MappingConfig;
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Every cell of the grid is looked at.
+    fn looked_for(map: &OccupancyMap, cone: &Cone, near_m: f64, far_m: f64, above: f32) -> Vec<[u32; 3]> {
+        let res = map.geometry.resolution_m;
+        let axis = cone.unit(0.0);
+        let (ax, ay, tan) = (axis.x as f32, axis.y as f32, cone.half_rad.tan() as f32);
+        let near2 = if near_m <= 0.0 { -1.0 } else { (near_m * near_m) as f32 };
+        let mut found = Vec::new();
+        for i in 0..map.geometry.len() {
+            let Cell { row, col } = map.geometry.cell(i);
+            let dx = ((col as f64 + 0.5) * res - cone.apex.x) as f32;
+            let dy = ((row as f64 + 0.5) * res - cone.apex.y) as f32;
+            let (along, across, d2) = (dx * ax + dy * ay, dy * ax - dx * ay, dx * dx + dy * dy);
+            let inside = along > 0.0 && across.abs() <= tan * along;
+            let counts = map.class[i] == Occupancy::Occupied || map.log_odds[i] > above;
+            if counts && inside && d2 <= (far_m * far_m) as f32 && d2 >= near2 {
+                found.push([i as u32, d2.sqrt().to_bits(), (across / (tan * along)).to_bits()]);
+            }
+        }
+        found
+    }
+
+    proptest! {
+        #[test]
+        fn a_cone_holds_the_same_cells_row_by_row_as_when_every_cell_is_looked_at(
+            at in (-0.5..4.5f64, -0.5..3.5f64),
+            heading in prop_oneof![-3.2..3.2f64, (-4i32..5).prop_map(|i| f64::from(i) * std::f64::consts::FRAC_PI_4)],
+            half_rad in 0.02..0.6f64,
+            near_m in prop_oneof![Just(0.0), 0.0..2.5f64],
+            depth_m in 0.02..3.0f64,
+            res in prop_oneof![Just(0.05), 0.02..0.3f64],
+            seed in any::<u64>(),
+        ) {
+            let (rows, cols) = ((3.0 / res) as usize, (4.0 / res) as usize);
+            let geometry = GridGeometry { rows, cols, resolution_m: res, world_from_grid: Pose2::IDENTITY };
+            let prior = super::super::Grid::filled(geometry, Occupancy::Free);
+            let mut map = OccupancyMap::from_occupancy(&MappingConfig::default(), &prior).unwrap();
+            for i in 0..geometry.len() {
+                let chance = (i as u64 + 1).wrapping_mul(seed | 1).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61;
+                map.log_odds[i] = chance as f32 - 4.0;
+                map.class[i] = if chance == 7 { Occupancy::Occupied } else { Occupancy::Free };
+            }
+            let cone = Cone { apex: Point2::new(at.0, at.1), heading, half_rad };
+            for above in [f32::NEG_INFINITY, -2.0] {
+                map.collect(&cone, near_m, near_m + depth_m, above, None);
+                let told: Vec<[u32; 3]> = map
+                    .scratch
+                    .cells
+                    .iter()
+                    .map(|cell| [cell.index, cell.distance_m.to_bits(), cell.side.to_bits()])
+                    .collect();
+                prop_assert_eq!(told, looked_for(&map, &cone, near_m, near_m + depth_m, above));
+            }
+        }
+    }
+}

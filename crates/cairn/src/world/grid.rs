@@ -162,6 +162,24 @@ mod tests {
         }
     }
 
+    proptest! {
+        #[test]
+        fn a_grid_that_is_not_turned_has_the_cells_and_centres_that_its_pose_gives(
+            row in 0usize..40, col in 0usize..60, x in -9.0..9.0f64, y in -9.0..9.0f64,
+            px in -12.0..12.0f64, py in -12.0..12.0f64,
+        ) {
+            let g = GridGeometry { rows: 40, cols: 60, resolution_m: 0.05, world_from_grid: Pose2::new(x, y, 0.0) };
+            let in_grid = Point2::new((col as f64 + 0.5) * 0.05, (row as f64 + 0.5) * 0.05);
+            prop_assert_eq!(g.center(Cell::new(row, col)), g.world_from_grid * in_grid);
+            let point = Point2::new(px, py);
+            let in_grid = g.world_from_grid.inverse() * point;
+            prop_assert_eq!(g.in_grid(point), in_grid);
+            let (col, row) = ((in_grid.x / 0.05).floor(), (in_grid.y / 0.05).floor());
+            let inside = row >= 0.0 && col >= 0.0 && row < 40.0 && col < 60.0;
+            prop_assert_eq!(g.cell_at(point), inside.then(|| Cell::new(row as usize, col as usize)));
+        }
+    }
+
     #[test]
     fn points_outside_and_nan_have_no_cell() {
         let g = GridGeometry { rows: 2, cols: 3, resolution_m: 1.0, world_from_grid: Pose2::IDENTITY };

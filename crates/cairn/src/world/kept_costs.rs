@@ -71,7 +71,9 @@ impl KeptCosts {
     /// Takes over what cells are now and prices anew what that touches. Cells outside are left out.
     pub fn update(&mut self, now: impl IntoIterator<Item = (Cell, Occupancy)>) -> CostChanges {
         let geometry = self.seen.geometry;
-        let mut touched = Touched::default();
+        let pricing = Pricing { config: &self.config, footprint: &self.footprint, layers: &[], flat: true };
+        let reach = pricing.reach_cells(geometry.resolution_m);
+        let mut touched = Touched { boxes: Vec::new(), reach };
         let is_priced = matches!(self.config.unknown, UnknownCells::Priced { .. });
         for (cell, now) in now {
             if cell.row >= geometry.rows || cell.col >= geometry.cols {
@@ -130,38 +132,42 @@ impl KeptCosts {
     }
 }
 
-/// Cells nearer to each other than this share a box: what is priced around both would overlap.
-const APART: usize = 24;
-
 /// Boxes around changed cells: first and last row, first and last column.
-#[derive(Default)]
-struct Touched(Vec<[usize; 4]>);
+struct Touched {
+    boxes: Vec<[usize; 4]>,
+    /// How far a change reaches \[cells\].
+    reach: usize,
+}
 
 impl Touched {
+    /// Into the first box that prices cells about it anyway, or one of its own.
     fn push(&mut self, cell: Cell) {
         let Cell { row, col } = cell;
+        let apart = 2 * self.reach;
         let is_near = |&&mut [r0, r1, c0, c1]: &&mut [usize; 4]| {
-            row + APART >= r0 && row <= r1 + APART && col + APART >= c0 && col <= c1 + APART
+            row + apart >= r0 && row <= r1 + apart && col + apart >= c0 && col <= c1 + apart
         };
-        match self.0.iter_mut().find(is_near) {
+        match self.boxes.iter_mut().find(is_near) {
             Some([r0, r1, c0, c1]) => {
                 (*r0, *r1, *c0, *c1) = ((*r0).min(row), (*r1).max(row), (*c0).min(col), (*c1).max(col));
             }
-            None => self.0.push([row, row, col, col]),
+            None => self.boxes.push([row, row, col, col]),
         }
     }
 
-    /// The boxes, or the one around all of them if that is hardly more to price.
+    /// The boxes, or the one around all of them if that is no more to look at.
     fn boxes(self) -> Vec<[usize; 4]> {
-        let grown = |&[r0, r1, c0, c1]: &[usize; 4]| (r1 - r0 + 3 * APART) * (c1 - c0 + 3 * APART);
+        // Twice the reach to each side: what is priced, and what prices it.
+        let beyond = 4 * self.reach + 1;
+        let looked_at = |&[r0, r1, c0, c1]: &[usize; 4]| (r1 - r0 + beyond) * (c1 - c0 + beyond);
         let around =
             |a: [usize; 4], b: &[usize; 4]| [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])];
-        match self.0.as_slice() {
+        match self.boxes.as_slice() {
             [first, rest @ ..] => {
                 let all = rest.iter().fold(*first, around);
-                if grown(&all) <= self.0.iter().map(grown).sum() { vec![all] } else { self.0 }
+                if looked_at(&all) <= self.boxes.iter().map(looked_at).sum() { vec![all] } else { self.boxes }
             }
-            [] => self.0,
+            [] => self.boxes,
         }
     }
 }

@@ -200,3 +200,20 @@ fn a_command_that_comes_too_late_is_not_taken_for_one_in_time() {
     // 0.06 m in the latency, then 0.6² / 2a = 0.6 m.
     assert!((gap_m(0.7) - 0.04).abs() < 0.002 && gap_m(0.55) == 0.0, "{} {}", gap_m(0.7), gap_m(0.55));
 }
+
+#[test]
+fn what_is_too_far_to_be_met_before_rest_changes_nothing_of_what_keeps_clear() {
+    let mut dice = Dice(23);
+    let (mut clear, mut met) = (0, 0);
+    for _ in 0..2000 {
+        let scene = scene(&mut dice);
+        let cvm = Cvm::new(&CvmConfig::default(), &LIMITS, &P3AT).unwrap();
+        let mut twist = || Twist2::new(dice.between(-0.2, 0.7), dice.between(-2.0, 2.0));
+        let (pending, command) = (twist(), twist());
+        let all = cvm.nearest_first(&scene.obstacles);
+        let of_all = cvm.keeps_clear_of(scene.current, pending, command, &all, 0.1);
+        assert_eq!(cvm.keeps_clear(scene.current, pending, command, &scene.obstacles, 0.1), of_all);
+        if of_all { clear += 1 } else { met += 1 }
+    }
+    assert!(clear > 200 && met > 200, "{clear} clear, {met} not");
+}
