@@ -153,7 +153,7 @@ WEAVES = pytest.mark.xfail(strict=True, reason="it weaves by millimetres")
 @pytest.mark.parametrize(
     ("late_ticks", "spacing_m"),
     [
-        pytest.param(1, 0.1, marks=WEAVES),
+        (1, 0.1),
         (1, 0.3),
         (1, 0.6),
         (1, 1.0),
@@ -258,20 +258,11 @@ def test_the_controllers_surfaces_are_those_of_a_driver():
             assert np.allclose(left["V"], right["V"])
             assert (np.diff(left["omega"]) >= -1e-9).all()  # farther off course: turn harder
             assert (np.diff(left["V"]) <= 1e-9).all()  # and slower
-            assert np.abs(np.diff(left["V"])).max() < 0.03  # smooth
+            assert np.abs(np.diff(left["V"])).max() < 0.02  # smooth
     straight = [control.evaluate(C=0, Vc=0.4, dR=d, dtheta=0)["V"] for d in (0.1, 0.3, 0.6, 1.2)]
     assert (np.diff(straight) >= -1e-9).all()
     bends = [control.evaluate(C=c, Vc=0.4, dR=0.4, dtheta=0)["V"] for c in (0, 1, 2, 3, 4, 5)]
     assert (np.diff(bends) <= 1e-9).all()
-
-
-@pytest.mark.xfail(strict=True, reason="2.8 cm/s from one four-hundredth of a turn to the next")
-def test_the_surface_of_speed_is_smooth_to_2_cm_per_second():
-    control = cairn.Tracker("p3at", PROFILE).control
-    headings = np.linspace(0, np.pi, 400)
-    for distance in (0.1, 0.3, 0.6, 1.5):
-        speeds = control.evaluate(C=0, Vc=0.35, dR=distance, dtheta=headings)["V"]
-        assert np.abs(np.diff(speeds)).max() < 0.02
 
 
 def test_stairs_of_a_grid_path_are_drawn_straight_in_a_corridor_where_it_is_clear():

@@ -19,6 +19,8 @@ DISTANCES = ("Touching", "Near", "Short", "Middle", "Far", "VeryFar")
 BENDS = ("None", "Slight", "Bend", "Sharp")
 TURNS = ("Slight", "Some", "Strong", "Full")
 
+LEAST_STEP_MPS = 0.015
+
 
 def _open(low: float, high: float, default: float) -> Any:
     from dataclasses import field
@@ -31,61 +33,61 @@ class Design:
     """Every number of the controller; SI units and radians. Steps and shares keep orders."""
 
     # Turns at which the look-ahead module speaks of Straight, High and VeryHigh.
-    alpha_straight: float = _open(0.02, 0.45, 0.31)
-    alpha_high_step: float = _open(0.15, 0.7, 0.17)
-    alpha_very_high_step: float = _open(0.25, 1.0, 0.919)
-    c_moderate: float = _open(0.5, 2.4, 2.2)
-    c_high: float = _open(2.5, 4.5, 3.624)
+    alpha_straight: float = _open(0.02, 0.45, 0.367)
+    alpha_high_step: float = _open(0.15, 0.7, 0.158)
+    alpha_very_high_step: float = _open(0.25, 1.0, 0.998)
+    c_moderate: float = _open(0.5, 2.4, 2.268)
+    c_high: float = _open(2.5, 4.5, 3.425)
     # Distances at which the sets of dR have their peaks.
-    touching_m: float = _open(0.03, 0.09, 0.067)
-    near_step: float = _open(0.04, 0.12, 0.089)
-    short_step: float = _open(0.06, 0.16, 0.083)
-    middle_step: float = _open(0.08, 0.24, 0.081)
-    far_step: float = _open(0.15, 0.45, 0.239)
-    very_far_step: float = _open(0.25, 0.9, 0.405)
+    touching_m: float = _open(0.03, 0.09, 0.075)
+    near_step: float = _open(0.04, 0.12, 0.082)
+    short_step: float = _open(0.06, 0.16, 0.078)
+    middle_step: float = _open(0.08, 0.24, 0.09)
+    far_step: float = _open(0.15, 0.45, 0.245)
+    very_far_step: float = _open(0.25, 0.9, 0.425)
     # Bearings at which the sets of dtheta have theirs.
-    slight_rad: float = _open(0.03, 0.2, 0.086)
-    some_step: float = _open(0.08, 0.35, 0.244)
-    strong_step: float = _open(0.25, 0.8, 0.251)
-    full_step: float = _open(0.4, 1.4, 0.51)
+    slight_rad: float = _open(0.03, 0.2, 0.09)
+    some_step: float = _open(0.08, 0.35, 0.17)
+    strong_step: float = _open(0.15, 0.8, 0.22)
+    full_step: float = _open(0.4, 1.4, 0.48)
     # V straight on, by distance; the last is the robot's own limit.
-    touching_mps: float = _open(0.04, 0.4, 0.398)
-    near_mps: float = _open(0.02, 0.4, 0.298)
-    short_mps: float = _open(0.0, 0.3, 0.225)
-    middle_mps: float = _open(0.0, 0.2, 0.138)
-    far_mps: float = _open(0.0, 0.1, 0.078)
+    touching_mps: float = _open(0.04, 0.4, 0.25)
+    near_mps: float = _open(0.02, 0.4, 0.366)
+    short_mps: float = _open(0.015, 0.1, 0.047)
+    middle_mps: float = _open(0.015, 0.1, 0.017)
+    far_mps: float = _open(0.015, 0.1, 0.016)
     # V towards a sharp bend, by distance.
-    sharp_touching_mps: float = _open(0.02, 0.25, 0.137)
-    sharp_near_mps: float = _open(0.0, 0.2, 0.012)
-    sharp_short_mps: float = _open(0.0, 0.3, 0.119)
-    sharp_middle_mps: float = _open(0.0, 0.3, 0.277)
-    sharp_far_mps: float = _open(0.0, 0.3, 0.062)
-    sharp_very_far_mps: float = _open(0.0, 0.4, 0.3)
+    sharp_touching_mps: float = _open(0.02, 0.25, 0.2)
+    sharp_near_mps: float = _open(0.0, 0.2, 0.08)
+    sharp_short_mps: float = _open(0.0, 0.3, 0.097)
+    sharp_middle_mps: float = _open(0.0, 0.3, 0.278)
+    sharp_far_mps: float = _open(0.0, 0.3, 0.014)
+    sharp_very_far_mps: float = _open(0.0, 0.4, 0.34)
     # How far a slight bend, and one beyond the next node, slow down: 0 not, 1 as a sharp one here.
-    slight_bend_share: float = _open(0.0, 0.8, 0.657)
+    slight_bend_share: float = _open(0.0, 0.8, 0.629)
     bend_share: float = _open(0.05, 0.9, 0.787)
     # Of that speed, what is left at each bearing; nothing at the last.
-    slight_keeps: float = _open(0.6, 1.0, 1.0)
-    some_keeps: float = _open(0.45, 1.0, 0.45)
-    strong_keeps: float = _open(0.1, 0.8, 0.17)
+    slight_keeps: float = _open(0.6, 1.0, 0.82)
+    some_keeps: float = _open(0.3, 1.0, 0.42)
+    strong_keeps: float = _open(0.1, 0.8, 0.55)
     # Weight of the rules that hold the present speed.
-    holding: float = _open(0.0, 4.0, 0.03)
+    holding: float = _open(0.0, 4.0, 0.141)
     # omega when standing, at each bearing, in rad/s per rad.
-    standing_gain: float = _open(0.4, 3.0, 2.411)
-    standing_most: float = _open(0.9, 2.4, 1.7)
+    standing_gain: float = _open(0.4, 3.0, 2.1)
+    standing_most: float = _open(0.9, 2.4, 1.5)
     # omega at full speed: pure pursuit's 2 V sin(dtheta) / dR times these, by distance.
-    touching_gain: float = _open(0.05, 0.6, 0.077)
-    near_gain: float = _open(0.3, 0.85, 0.85)
-    short_gain: float = _open(0.6, 1.05, 0.793)
-    middle_gain: float = _open(0.7, 1.1, 0.805)
-    far_gain: float = _open(0.7, 1.3, 1.003)
-    very_far_gain: float = _open(0.6, 1.6, 0.925)
-    moving_most: float = _open(1.2, 2.44, 2.288)
+    touching_gain: float = _open(0.05, 0.9, 0.092)
+    near_gain: float = _open(0.3, 1.1, 0.72)
+    short_gain: float = _open(0.6, 1.05, 0.96)
+    middle_gain: float = _open(0.7, 1.1, 0.854)
+    far_gain: float = _open(0.7, 1.3, 0.987)
+    very_far_gain: float = _open(0.6, 1.6, 0.861)
+    moving_most: float = _open(1.2, 2.44, 2.386)
     # Speed of turning into a path at a right angle, and at one that is not seen in time; aiming
     # within a tick.
-    joining_mps: float = _open(0.08, 0.45, 0.225)
-    corner_mps: float = _open(0.08, 0.4, 0.264)
-    hold_share: float = _open(0.0, 1.0, 0.988)
+    joining_mps: float = _open(0.08, 0.45, 0.201)
+    corner_mps: float = _open(0.08, 0.4, 0.253)
+    hold_share: float = _open(0.0, 0.85, 0.82)
 
     @classmethod
     def bounds(cls) -> NDArray[np.float64]:
@@ -131,9 +133,10 @@ def tables(design: Design, full_mps: float = 0.7, most_radps: float = 2.44) -> T
         [d.touching_m, d.near_step, d.short_step, d.middle_step, d.far_step, d.very_far_step]
     )
     bearings = np.cumsum([d.slight_rad, d.some_step, d.strong_step, d.full_step])
+    # Waypoints farther apart are always driven faster, if by little.
     straight = np.minimum(
         np.cumsum([d.touching_mps, d.near_mps, d.short_mps, d.middle_mps, d.far_mps, full_mps]),
-        full_mps,
+        full_mps - LEAST_STEP_MPS * np.arange(len(DISTANCES) - 1, -1, -1),
     )
     sharp = np.cumsum(
         [d.sharp_touching_mps, d.sharp_near_mps, d.sharp_short_mps, d.sharp_middle_mps,

@@ -123,6 +123,20 @@ def winding(seed: int, length_m: float = 12.0, sharpest_per_m: float = 1.2) -> R
     return Reference(f"winding {seed}", path, (0.0, 0.0, 0.0))
 
 
+def arcs(seed: int, pieces: int = 5) -> Reference:
+    """Circular arcs one after the other, to the left and right by turns, by seed."""
+    random = np.random.default_rng([seed, 15])
+    curvature: list[float] = []
+    for number in range(pieces):
+        radius_m = random.uniform(0.8, 3.0)
+        curvature += [(-1) ** number / radius_m] * round(random.uniform(1.5, 4.0) / 0.02)
+    heading = np.concatenate([[0.0], 0.02 * np.cumsum(curvature)])
+    half = (heading[1:] + heading[:-1]) / 2
+    steps = 0.02 * np.column_stack([np.cos(half), np.sin(half)])
+    path = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)])
+    return Reference(f"arcs {seed}", path, (0.0, 0.0, 0.0))
+
+
 def zigzag(
     seed: int,
     legs: int = 5,

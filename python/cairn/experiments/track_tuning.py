@@ -21,8 +21,9 @@ import numpy as np
 
 import cairn
 from cairn.experiments import track_paths as paths
+from cairn.experiments.track import CONDITIONS, Setting, best_of, sweep_baselines
 from cairn.experiments.track_design import Design, controller_text
-from cairn.experiments.track_drive import Drive, measures
+from cairn.experiments.track_drive import Drive, FuzzyFollower, drive, measures, robot_at
 from cairn.experiments.track_paths import Reference
 
 # What counts, beside the error: worth of a share of time beyond the allowance, and so on.
@@ -30,7 +31,11 @@ ALLOWED_TIME = 1.10
 LEAST_RMS_M = 0.001
 OVERSHOOT_M = 0.02
 # An error of this share of the best baseline's is good enough: from there on, speed is worth more.
-GOOD_ENOUGH = 0.5
+GOOD_ENOUGH = 0.4
+
+# V changes by no more than this from one of these bearings to the next.
+SMOOTH_MPS = 0.019
+BEARINGS = np.linspace(0, math.pi, 400)
 
 # Hardly off course: a driver does not weave here, though the robot answers later than expected.
 STRAIGHT = Reference("straight", np.array([(0.0, 0.0), (8.0, 0.0)]), (0.0, 0.04, 0.0))
@@ -40,7 +45,8 @@ STRAIGHT = Reference("straight", np.array([(0.0, 0.0), (8.0, 0.0)]), (0.0, 0.04,
 class Case:
     """A path to rehearse, and how.
 
-    `base` is what the best baseline does there; without one only the error counts.
+    `noisy` measures with the noise of `cairn track --under noise`. `base` is what the best baseline
+    does there; without one only the error counts.
     """
 
     reference: Reference
@@ -49,6 +55,7 @@ class Case:
     turn_share: float = 1.0
     latency_s: float = 0.1
     corner_m: float | None = None
+    noisy: bool = False
     base: dict[str, float] | None = None
 
 
@@ -65,6 +72,13 @@ def training_cases(seed: int) -> list[Case]:
         Case(wind(first + 5, sharpest_per_m=0.9), 0.2),
         Case(wind(first + 6), turn_share=0.85),
         Case(wind(first + 7), latency_s=0.2),
+        Case(replace(wind(first + 8), start=(0.0, 0.0, 0.8)), 0.2, corner_m=0.035),
+        Case(wind(first + 1), 0.2, noisy=True),
+        Case(wind(first + 9, sharpest_per_m=0.9), 0.2, noisy=True),
+        Case(zig(first + 9), 0.2, noisy=True),
+        Case(paths.arcs(first + 1), 0.2),
+        Case(paths.arcs(first + 2), 0.3),
+        Case(paths.arcs(first + 3), 0.15, latency_s=0.2),
         Case(zig(first + 1), 0.2, corner_m=0.04),
         Case(zig(first + 2, turn_deg=right), 0.2, corner_m=0.04),
         Case(zig(first + 3, turn_deg=right, leg_m=(2.5, 5.0)), 0.2, corner_m=0.04),
@@ -81,6 +95,7 @@ def training_cases(seed: int) -> list[Case]:
         Case(behind(first + 1), 0.2),
         Case(behind(first + 2), 0.3),
         Case(behind(first + 3), latency_s=0.2),
+        Case(STRAIGHT, 0.1),
         Case(STRAIGHT, 0.3, latency_s=0.2),
         Case(STRAIGHT, 0.15, latency_s=0.2),
         Case(beside(first + 6, aside_m=(0.9, 1.1), heading_rad=0.1), 0.2),
@@ -100,9 +115,11 @@ def cost_of(case: Case, told: dict[str, Any]) -> float:
         late = (told["rms_late_m"] or 0.0) / max(base.get("rms_late_m", 0.005), LEAST_RMS_M)
         cost += max(late, GOOD_ENOUGH)
     slow = told["time_s"] / base["time_s"] - ALLOWED_TIME
-    cost += 25.0 * max(0.0, slow) + 1.0 * max(0.0, slow + 0.1)
+    cost += 40.0 * max(0.0, slow) + 1.0 * max(0.0, slow + 0.1)
     for effort in ("effort_v_mps", "effort_w_radps"):
         cost += 0.2 * math.log(max(told[effort] / base[effort], 1.0))
+    if case.reference.name == STRAIGHT.name:
+        cost += 0.1 * told["effort_w_radps"]
     cost += 20.0 * max(0.0, told["arrival_error_m"] - 0.03)
     if case.corner_m is not None:
         cost += 15.0 * max(0.0, told["max_m"] / case.corner_m - 1)
@@ -112,10 +129,24 @@ def cost_of(case: Case, told: dict[str, Any]) -> float:
     return cost
 
 
+def roughness(text: str, profile: cairn.Profile) -> float:
+    """How much steeper than `SMOOTH_MPS` the surface of V falls with the bearing, as a share."""
+    control = cairn.Tracker(text, profile).control
+    steepest = max(
+        np.abs(np.diff(control.evaluate(C=0.0, Vc=0.35, dR=distance, dtheta=BEARINGS)["V"])).max()
+        for distance in (0.1, 0.3, 0.6, 1.5)
+    )
+    return max(0.0, float(steepest) / SMOOTH_MPS - 1)
+
+
 def rehearsed(text: str, case: Case, profile: cairn.Profile) -> dict[str, Any]:
     """The measures of one rehearsal of a controller."""
     tracker = cairn.Tracker(text, profile, cruise_mps=case.cruise_mps)
     tracker.follow(case.reference.path, spacing_m=case.spacing_m)
+    if case.noisy:
+        conditions = CONDITIONS["noise"][1]
+        robot = robot_at("kinematic", profile, case.reference.start, conditions)
+        return measures(drive(FuzzyFollower(tracker), robot, case.reference, conditions))
     done = tracker.rehearse(
         case.reference.start,
         latency_s=case.latency_s,
@@ -127,9 +158,9 @@ def rehearsed(text: str, case: Case, profile: cairn.Profile) -> dict[str, Any]:
 
 def with_baseline(case: Case) -> Case:
     """The case with what the best of the baselines does on its path, undisturbed."""
-    from cairn.experiments.track import Setting, best_of, sweep_baselines
-
-    best = best_of(sweep_baselines(case.reference, Setting(cruise_mps=case.cruise_mps)))
+    under = "noise" if case.noisy else "none"
+    setting = Setting(cruise_mps=case.cruise_mps, under=under)
+    best = best_of(sweep_baselines(case.reference, setting))
     keys = ("rms_m", "rms_late_m", "after_turn_rms_m", "time_s", "effort_v_mps", "effort_w_radps")
     return replace(case, base={key: best["measures"][key] or 0.0 for key in keys})
 
@@ -137,7 +168,8 @@ def with_baseline(case: Case) -> Case:
 def total_cost(text: str, cases: list[Case], profile: cairn.Profile) -> float:
     """Mean over the cases, with weight on the worst ones."""
     costs = np.array([cost_of(case, rehearsed(text, case, profile)) for case in cases])
-    return float(costs.mean() + 0.25 * np.sort(costs)[-4:].mean())
+    worst = 0.25 * np.sort(costs)[-4:].mean()
+    return float(costs.mean() + worst + 2.0 * roughness(text, profile))
 
 
 def tune(
@@ -145,7 +177,7 @@ def tune(
     seed: int = 1,
     evaluations: int = 3000,
     start: Design | None = None,
-    spread: float = 0.08,
+    spread: float = 0.06,
     profile: cairn.Profile | None = None,
     drawn: list[Case] | None = None,
     workers: int = 1,

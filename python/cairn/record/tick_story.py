@@ -116,8 +116,9 @@ def _tracking(decision: dict[str, Any]) -> list[str]:
         return ["There is no path to follow."]
     bend = "straight" if seen["C"] < 0.05 else f"bend of {seen['C']:.1f} out of 5"
     told = [
-        f"Waypoint {seen['waypoint_index'] + 1} at {_point(seen['target'])} is {seen['dR']:.2f} m"
-        f" away, {_bearing(seen['dtheta'])}; the speed is {abs(seen['Vc']):.2f} m/s.",
+        f"Past waypoint {seen['waypoint_index'] + 1} it heads for {_point(seen['target'])},"
+        f" {seen['dR']:.2f} m away, {_bearing(seen['dtheta'])};"
+        f" the speed is {abs(seen['Vc']):.2f} m/s.",
         f"The path ahead: {bend} (it turns by {words.degrees(seen['alpha1'])}, then by"
         f" {words.degrees(seen['alpha2'])}); {seen['remaining_m']:.1f} m to the goal along it.",
     ]

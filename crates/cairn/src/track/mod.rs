@@ -1,5 +1,6 @@
 //! Waypoints, look-ahead curvature and the path tracker `[Maalouf06 §4]`.
 
+mod aim;
 mod deviation;
 mod error;
 mod lookahead;

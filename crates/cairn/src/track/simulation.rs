@@ -147,7 +147,7 @@ fn a_straight_line_is_driven_without_weaving() {
         drive.run(120.0).assert_came_to_rest_at(path[1]);
         let late: Vec<&TrackingRecord> = drive.records.iter().filter(|r| r.remaining_m < 5.0).collect();
         let weave = late.iter().map(|r| r.twist.angular_radps.abs()).fold(0.0, f64::max);
-        assert!(weave < 0.03, "spacing {spacing_m}: {weave}");
+        assert!(weave < 0.02, "spacing {spacing_m}: {weave}");
     }
 }
 
@@ -160,8 +160,7 @@ fn speed_grows_with_the_spacing_of_waypoints() {
         drive.records.len()
     };
     let times = [0.05, 0.1, 0.2, 0.3, 0.6, 1.0].map(seconds);
-    assert!(times.windows(2).all(|pair| pair[1] <= pair[0]), "{times:?}");
-    assert!(times[0] > times[1] && times[1] > times[2], "{times:?}");
+    assert!(times.windows(2).all(|pair| pair[1] < pair[0]), "{times:?}");
 }
 
 #[test]

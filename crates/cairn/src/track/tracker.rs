@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 
+use super::aim::Aim;
 use super::lookahead::system_with;
 use super::prediction::InFlight;
 use super::{LookAhead, TrackError, Waypoints};
@@ -68,7 +69,8 @@ pub enum Cap {
 pub struct TrackingRecord {
     /// i of the current node N_i, counted from 0.
     pub waypoint_index: usize,
-    /// N_{min(i+1, final)}, that the robot heads for, world frame \[m\]; none without a path.
+    /// What the robot heads for, one step ahead along the waypoints (N_{i+1} where that is a corner or
+    /// the goal), world frame \[m\]; none without a path.
     pub target: Option<Point2>,
     /// Turn at N_{i+1} \[rad\].
     pub alpha1: f64,
@@ -310,7 +312,7 @@ impl Tracker {
         let mut record = TrackingRecord::blank(self.index, ahead, current);
         let mut wanted = Twist2::ZERO;
         if let Some(waypoints) = &self.waypoints {
-            let target = waypoints.at(self.index + 1);
+            let Aim { target, left_m } = waypoints.aim(self.index, ahead.position());
             record.target = Some(target);
             (record.alpha1, record.alpha2) = LookAhead::angles(waypoints, self.index);
             let (c, look_ahead) = self.look_ahead.curvature(record.alpha1, record.alpha2)?;
@@ -318,7 +320,7 @@ impl Tracker {
             record.look_ahead = Some(look_ahead);
             record.dr_m = ahead.position().distance(target);
             record.dtheta_rad = ahead.bearing_to(target);
-            record.remaining_m = record.dr_m + waypoints.length_from_m(self.index + 1);
+            record.remaining_m = record.dr_m + left_m;
             let inputs = [c, record.vc_mps, record.dr_m, record.dtheta_rad];
             let said = self
                 .system
@@ -326,7 +328,7 @@ impl Tracker {
                 .map_err(|cause| TrackError::ControllerInvalid { system: "tracker".to_owned(), cause })?;
             record.raw = Twist2::new(said.outputs["V"], said.outputs["omega"]);
             record.tracker = Some(said);
-            let last_leg = self.index + 1 >= waypoints.last_index();
+            let last_leg = left_m == 0.0;
             let (bending, why) = self.bending_speed(waypoints, ahead.position());
             wanted = self.arriving(&mut record, last_leg, dt_s);
             if wanted.linear_mps > bending {
