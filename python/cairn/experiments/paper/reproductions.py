@@ -178,8 +178,8 @@ def parameters() -> Reproduction:
             (
                 "dR and dθ are taken from where the robot will be when the command takes hold, not "
                 "from where it is: with a loop and a latency of 0.1 s it would turn too late",
-                "N_i+1 is a corner here; on a smooth way the robot heads for a point that moves on with "
-                "it, one step ahead",
+                "N_i+1 is a corner here; on a smooth way the robot heads for a point that moves on "
+                "with it, one step ahead",
                 "path and posture are ours; the paper's drawing has no numbers",
             ),
         )
