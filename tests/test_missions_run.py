@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from cairn import Profile, World
+from cairn import Profile, World, errors
 from cairn.missions import Scenario, run
+from cairn.missions.scenario import WorldEntry
 from cairn.missions.setting import Agent, Setting, point_of, start_pose
 from cairn.record import write_summary
 from cairn.robots import KinematicRobot, Scene
@@ -355,3 +356,24 @@ def test_robots_that_share_a_goal_share_the_field_of_the_first():
     assert made[0].given == [None, None]
     assert made[1].given == ["field to (4.5, 2.5)"]
     assert [robot.plan_count for robot in result.robots] == [2, 0]
+
+
+@pytest.mark.parametrize("known", [True, False], ids=["with its map", "without a map"])
+def test_a_lidar_robot_drives_a_mission(known):
+    quick = Scenario.load("quick")
+    room = {"name": "by lidar", "profile": "jackal", "start": quick.start, "goals": quick.goals}
+    if known:
+        room |= {"map": "room", "world": None, "pose": "localised"}
+    else:
+        room |= {"map": "none", "world": WorldEntry(map="room")}
+    scenario = Scenario.load("lidar").model_copy(update={**room, "expect": quick.expect})
+    result = run(scenario, seed=3)
+    (robot,) = result.robots
+    assert result.exit_code == 0, result.sentence
+    assert robot.drift_max_m < 0.05
+
+
+def test_a_lidar_robot_without_physics_says_which_table_it_lacks():
+    scenario = Scenario.load("lidar").model_copy(update={"robot": "mujoco"})
+    with pytest.raises(errors.ProfileTableMissing, match="physics"):
+        run(scenario)
