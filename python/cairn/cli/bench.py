@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -13,7 +12,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from cairn.cli.progress import bar
-from cairn.cli.root import app, console, ready
+from cairn.cli.root import app, console, print_json, ready
 from cairn.missions.result import EXIT_NOT_REACHED
 from cairn.record import write_summary
 from cairn.strict_json import plain
@@ -258,7 +257,7 @@ def _end(
         written(BENCHMARKS, f"cairn bench {name}", section(record, _command()))
         files.append(BENCHMARKS)
     if show is None:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+        print_json(record)
     else:
         show(record, files)
     summary = record["summary"]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,7 +12,7 @@ from rich.table import Table
 
 from cairn.cli.bench import bench
 from cairn.cli.progress import bar
-from cairn.cli.root import console, ready
+from cairn.cli.root import console, print_json, ready
 from cairn.record import write_summary
 from cairn.strict_json import plain
 
@@ -121,7 +119,7 @@ def _show(record: dict[str, Any], folder: Path, as_json: bool, report: Path | No
 
         write_bench(record, report, source=str(path))
     if as_json:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+        print_json(record)
         return
     _print(record)
     console.print(f"[dim]{path}[/]")

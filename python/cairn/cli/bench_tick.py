@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import json
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +11,7 @@ from rich.table import Table
 
 from cairn.cli.bench import bench
 from cairn.cli.progress import bar
-from cairn.cli.root import console, ready
+from cairn.cli.root import console, print_json, ready
 from cairn.missions.result import EXIT_NOT_REACHED, EXIT_OK
 from cairn.record import write_summary
 from cairn.strict_json import plain
@@ -48,7 +46,7 @@ def bench_tick(
     record = plain({"summary": summary, "machine": machine, "cases": cases}, decimals=3)
     write_summary(record, out)
     if as_json:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+        print_json(record)
     else:
         _print(measured, summary)
     raise typer.Exit(EXIT_OK if summary["same"] else EXIT_NOT_REACHED)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import importlib.metadata
-import json
 import os
 import platform
 import re
@@ -23,7 +22,7 @@ from rich.table import Table
 import cairn
 from cairn import _brain
 from cairn.cli.progress import bar
-from cairn.cli.root import app, console
+from cairn.cli.root import app, console, print_json
 from cairn.missions.result import EXIT_NOT_REACHED
 
 DISTRIBUTION = "cairn-nav"
@@ -76,7 +75,7 @@ def doctor(
             "summary": {"sound": sound, "missing": wrong, "version": cairn.__version__},
             "checks": [asdict(check) for check in checks],
         }
-        sys.stdout.write(json.dumps(record, indent=2, ensure_ascii=False) + "\n")
+        print_json(record)
     else:
         _print(checks, sound)
     raise typer.Exit(0 if sound else EXIT_NOT_REACHED)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,7 +11,7 @@ from rich.table import Table
 
 from cairn.cli.bench import _names, _print_machine, bench
 from cairn.cli.progress import bar, busy
-from cairn.cli.root import app, console, ready
+from cairn.cli.root import app, console, print_json, ready
 from cairn.record import write_summary
 from cairn.strict_json import plain
 
@@ -61,7 +59,7 @@ def spin_test_command(
     if as_json:
         record = {"summary": {k: v for k, v in found.to_dict().items() if k != "spins"}}
         record["spins"] = found.to_dict()["spins"]
-        _print_record(plain(record))
+        print_json(plain(record))
         return
     table = Table(
         "rate", "turned", "sides apart", "track", "by truth", box=None, pad_edge=False,
@@ -121,7 +119,7 @@ def bench_odometry(
     )
     files = [write_summary(record, folder)]
     if as_json:
-        _print_record(record)
+        print_json(record)
         return
     table = Table(
         "course", "odometry", "off at the end", "90 % within", "most", "heading", "within 2σ",
@@ -198,7 +196,7 @@ def bench_localise(
 
         files.append(draw_kidnapping(*measuring.kidnapping(settings), path=picture))
     if as_json:
-        _print_record(record)
+        print_json(record)
         return
     table = Table(
         "task", "sensor", "map", "right", "noticed 90 %", "found after", "90 %", "vouched",
@@ -237,10 +235,6 @@ def _all(work: Any, total: int) -> list[dict[str, Any]]:
             found.extend(some)
             progress.advance(task)
     return found
-
-
-def _print_record(record: Any) -> None:
-    sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
 
 
 def _share(value: float, digits: int = 0) -> str:

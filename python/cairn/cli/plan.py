@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 import time
 from pathlib import Path
 from typing import Annotated
@@ -16,7 +14,7 @@ import cairn
 from cairn import maps
 from cairn.cli.completion import names_of
 from cairn.cli.progress import busy
-from cairn.cli.root import app, console
+from cairn.cli.root import app, console, print_json
 from cairn.missions.result import EXIT_NOT_REACHED, tidy
 
 
@@ -105,7 +103,7 @@ def plan(
     }
     if as_json:
         record = {"summary": tidy(summary), "path_m": tidy(path), "wall": {"plan_s": took}}
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+        print_json(record)
     else:
         console.print(
             f"{reachable} of {cost_to_go.size} cells reach the goal; planned in {1e3 * took:.0f} ms"

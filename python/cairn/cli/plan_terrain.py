@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 import time
 from pathlib import Path
 from typing import Any, cast
@@ -14,7 +12,7 @@ import typer
 
 import cairn
 from cairn.cli.progress import busy
-from cairn.cli.root import console
+from cairn.cli.root import console, print_json
 from cairn.maps.arrays import load_elevation
 from cairn.missions.result import EXIT_NOT_REACHED, tidy
 from cairn.terrain import ModelName, model_of
@@ -69,7 +67,7 @@ def plan_terrain(
     if as_json:
         way: Any = None if path is None else (path[:, ::-1] + 0.5) * cell_size
         record = {"summary": tidy(summary), "path_m": tidy(way), "wall": {"plan_s": took}}
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+        print_json(record)
     else:
         console.print(
             f"{reachable} of {cost_to_go.size} cells reach the goal; planned in {1e3 * took:.0f} ms"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +11,7 @@ from rich.markup import escape
 
 from cairn import errors
 from cairn.cli.progress import bar, busy
-from cairn.cli.root import app, console
+from cairn.cli.root import app, console, print_json
 
 if TYPE_CHECKING:
     from cairn.view.story import Story
@@ -107,6 +106,6 @@ def _record(path: Path) -> dict[str, Any]:
 def _say(source: Path, path: Path, as_json: bool) -> None:
     if as_json:
         record = {"summary": {"source": str(source), "written": str(path)}}
-        sys.stdout.write(json.dumps(record, indent=2, ensure_ascii=False) + "\n")
+        print_json(record)
         return
     console.print("[dim]" + escape(str(path)) + "[/]", soft_wrap=True, highlight=False)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from cairn.cli.progress import bar
-from cairn.cli.root import app, console, ready
+from cairn.cli.root import app, console, print_json, ready
 from cairn.experiments.reproduce import ALL, NOT_MADE
 from cairn.experiments.reproduction import Caption, Reproduction
 from cairn.record import write_summary
@@ -86,7 +84,7 @@ def reproduce(
             console.print("[dim]" + escape(f"all on one page: {page}") + "[/]")
     if as_json:
         whole = records[wanted[0]] if len(wanted) == 1 else _joined(records)
-        sys.stdout.write(json.dumps(whole, indent=2, allow_nan=False) + "\n")
+        print_json(whole)
 
 
 def _joined(records: dict[str, Any]) -> dict[str, Any]:
@@ -96,7 +94,7 @@ def _joined(records: dict[str, Any]) -> dict[str, Any]:
 
 def _list(titles: dict[str, str], as_json: bool) -> None:
     if as_json:
-        sys.stdout.write(json.dumps({"summary": titles, "not_made": NOT_MADE}, indent=2) + "\n")
+        print_json({"summary": titles, "not_made": NOT_MADE})
         return
     table = Table("name", "what it shows", box=None, pad_edge=False)
     for name, title in titles.items():

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import tempfile
 import traceback
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -58,6 +60,13 @@ def main() -> None:
     except Exception as error:
         _admit(error)
         sys.exit(EXIT_BUG)
+
+
+def print_json(record: Mapping[str, Any]) -> None:
+    """Print a record for machines: nothing else is to be on stdout."""
+    ascii_only = (sys.stdout.encoding or "ascii").lower().replace("-", "") != "utf8"
+    text = json.dumps(record, indent=2, ensure_ascii=ascii_only, allow_nan=False)
+    sys.stdout.write(text + "\n")
 
 
 def complain(error: Exception) -> None:

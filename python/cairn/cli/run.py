@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,7 +13,7 @@ from cairn.cli.completion import names_of
 from cairn.cli.console import Browser, Host, Port, Speed, watch
 from cairn.cli.progress import Progress, bar, busy
 from cairn.cli.report import animated, read
-from cairn.cli.root import app, complain, complaints, console, ready
+from cairn.cli.root import app, complain, complaints, console, print_json, ready
 from cairn.errors import CairnError
 from cairn.missions import Change, Result, Scenario, coverage, run, run_many, shipped
 from cairn.missions.result import EXIT_CONTACT, EXIT_NOT_REACHED, EXIT_OK, EXIT_USAGE
@@ -108,7 +106,7 @@ def run_command(
     if telling or animate is not None:
         written += _retold(folder, mission.folder, telling, animate)
     if as_json:
-        sys.stdout.write(json.dumps(result.to_dict(), indent=2, allow_nan=False) + "\n")
+        print_json(result.to_dict())
     else:
         _print_result(result)
         console.print("[dim]" + "  ".join(str(path) for path in written) + "[/]")
@@ -155,7 +153,7 @@ def scenarios(
     missions = [Scenario.load(name) for name in shipped()]
     if as_json:
         listed = {mission.name: mission.description for mission in missions}
-        sys.stdout.write(json.dumps({"summary": listed}, indent=2, ensure_ascii=False) + "\n")
+        print_json({"summary": listed})
         return
     table = Table("scenario", "robot", "what happens", box=None, pad_edge=False)
     for mission in missions:
@@ -218,7 +216,7 @@ def _table(names: list[str], seeds: int, as_json: bool) -> int:
     if as_json:
         seen = [change._asdict() | {"reached": places} for change, places in counts.items()]
         both = {"summary": summaries, "transitions": seen}
-        sys.stdout.write(json.dumps(both, indent=2, allow_nan=False) + "\n")
+        print_json(both)
     elif len(names) == 1:
         console.print(_seeds_table(summaries))
     else:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -14,7 +12,7 @@ from rich.table import Table
 
 from cairn import errors
 from cairn.cli.progress import bar
-from cairn.cli.root import app, console
+from cairn.cli.root import app, console, print_json
 from cairn.missions.result import EXIT_NOT_REACHED, EXIT_OK
 from cairn.navigator import Navigator
 from cairn.record import (
@@ -72,7 +70,7 @@ def _tell_tick(run: Run, at: float, robot: str | None, as_json: bool) -> None:
             "sentence": decision["sentence"],
         }
         story = {paragraph.heading: paragraph.sentences for paragraph in told}
-        _print_json({"summary": summary, "story": story, "tick": tick})
+        print_json(plain({"summary": summary, "story": story, "tick": tick}))
         return
     console.print(f"[bold]{tick['robot']}[/] at [bold]{tick['time_s']:g} s[/]")
     for paragraph in told:
@@ -92,7 +90,7 @@ def _tell_run(run: Run, robot: str | None, as_json: bool) -> None:
             "sentence": summary.get("sentence"),
             "exit_code": summary.get("exit_code"),
         }
-        _print_json({"summary": head, "robots": [story.to_dict() for story in stories]})
+        print_json(plain({"summary": head, "robots": [story.to_dict() for story in stories]}))
         return
     name = run.scenario.get("name", run.path.parent.name)
     console.print(f"[bold]{name}[/], seed {run.seed}: ", end="")
@@ -163,13 +161,15 @@ def replay_command(
     sentence = _verdict(recorded, played, ticks)
     if as_json:
         summary = {"same": played.is_same, "ticks": ticks, "sentence": sentence}
-        _print_json(
-            {
-                "summary": summary,
-                "robots": played.ticks,
-                "differences": [vars(found) for found in played.differences],
-                "first_commands": [vars(found) for found in played.command_from.values()],
-            }
+        print_json(
+            plain(
+                {
+                    "summary": summary,
+                    "robots": played.ticks,
+                    "differences": [vars(found) for found in played.differences],
+                    "first_commands": [vars(found) for found in played.command_from.values()],
+                }
+            )
         )
     else:
         console.print(sentence, markup=False, highlight=False, soft_wrap=True)
@@ -195,7 +195,3 @@ def _print_difference(found: Difference, command: Difference | None) -> None:
         _say(
             f"The first command that differs is that of {command.time_s:g} s (tick {command.tick})."
         )
-
-
-def _print_json(value: dict[str, Any]) -> None:
-    sys.stdout.write(json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")

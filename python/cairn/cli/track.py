@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,7 +9,7 @@ import typer
 from rich.table import Table
 
 from cairn.cli.progress import bar
-from cairn.cli.root import app, console, ready
+from cairn.cli.root import app, console, print_json, ready
 from cairn.missions.result import EXIT_NOT_REACHED
 from cairn.record import write_summary
 from cairn.strict_json import plain
@@ -86,7 +84,7 @@ def track_command(
     record = records[path] if path != "all" else _joined(records)
     written.insert(0, write_summary(record, folder))
     if as_json:
-        sys.stdout.write(json.dumps(record, indent=2, allow_nan=False) + "\n")
+        print_json(record)
     else:
         _print(records, sweep)
         console.print("[dim]" + "  ".join(map(str, written)) + "[/]")
@@ -129,7 +127,7 @@ def tune_command(
     summary = {key: record[key] for key in ("seed", "evaluations", "cost")}
     if as_json:
         whole = plain({"summary": summary, **record})
-        sys.stdout.write(json.dumps(whole, indent=2, allow_nan=False) + "\n")
+        print_json(whole)
     else:
         console.print(
             f"cost {record['history'][0][1]:.3f} → {record['cost']:.3f} after "
