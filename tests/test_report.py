@@ -281,3 +281,12 @@ def test_what_is_no_record_is_refused_by_name(tmp_path):
         assert isinstance(refused.exception, errors.NothingToReport)
     refused = CliRunner().invoke(app, ["report", str(tmp_path)])
     assert isinstance(refused.exception, errors.NothingToReport)
+
+
+def test_what_stands_between_backticks_is_code_and_still_escaped(tmp_path):
+    said = {"source": "from `a<b`", "made_from": "one ` alone", "agrees": ["<i>"], "differs": []}
+    entry = {"name": "fig1", "title": "t", "caption": said, "pictures": []}
+    page = write_gallery([entry], {}, tmp_path / "i.html").read_text()
+    assert "from <code>a&lt;b</code>" in page
+    assert "one ` alone" in page
+    assert "&lt;i&gt;" in page

@@ -19,10 +19,12 @@ _BELOW_M = 0.35  # names of places stand below them
 
 # Heights [m]: what lies on what. Far enough apart for a camera 100 m above.
 _Z = {
-    "world": 0.0, "map": 0.01, "costs": 0.03, "heard": 0.05, "silent": 0.045, "near": 0.06,
-    "middling": 0.061, "far": 0.062, "trail": 0.07, "path": 0.08, "waypoints": 0.09, "goal": 0.1,
+    "world": 0.0, "map": 0.01, "costs": 0.03, "heard": 0.046, "silent": 0.035, "near": 0.06,
+    "middling": 0.061, "far": 0.062, "trail": 0.085, "path": 0.08, "waypoints": 0.09, "goal": 0.1,
     "scan": 0.1, "estimate": 0.12, "chosen": 0.3,
 }  # fmt: skip
+
+_APART_M = 0.0006  # of what overlaps within one layer: 16 sonars fit below the next
 
 LAYERS = {  # what a person may switch off: key, name, on at first
     "costs": ("cost-to-go field", True),
@@ -200,8 +202,8 @@ class Drawing:
         heard, silent = (
             shapes.cones(state.body, state.ranges_m, state.truth) if on else (empty, empty)
         )
-        self._mesh("heard", heard, (226, 160, 63), 0.30)
-        self._mesh("silent", silent, (120, 170, 214), 0.14)
+        self._mesh("heard", heard, (226, 160, 63), 0.30, each=shapes.CONE_POINTS)
+        self._mesh("silent", silent, (120, 170, 214), 0.14, each=shapes.CONE_POINTS)
         points = shapes.scan_points(state.body, state.ranges_m, state.truth) if on else empty[0]
         cross = np.array([[-0.03, 0.0], [0.03, 0.0]])
         self._segments("scan", points[:, None] + cross, AMBER, 4.0)
@@ -302,12 +304,19 @@ class Drawing:
             receive_shadow=False,
         )
 
-    def _mesh(self, name: str, mesh: shapes.Mesh, colour: Colour, opacity: float) -> None:
+    def _mesh(
+        self, name: str, mesh: shapes.Mesh, colour: Colour, opacity: float, each: int = 0
+    ) -> None:
+        """Draw a mesh; made of parts of `each` points that overlap, every part lies a bit higher.
+
+        Otherwise a browser could not tell which of two is on top, and would show them in shreds.
+        """
         vertices, faces = mesh
         if not len(faces):
             self._remove(name)
             return
-        lifted = _lifted(vertices, _Z[name])
+        part = np.arange(len(vertices)) // each if each else 0
+        lifted = _lifted(vertices, _Z[name] + _APART_M * part)
         handle = self._handles.get(name)
         if handle is not None:
             handle.vertices, handle.faces = lifted, faces.astype(np.uint32)
@@ -354,8 +363,8 @@ class Drawing:
         self._drawn.clear()
 
 
-def _lifted(points: Floats, z: float) -> NDArray[np.float32]:
-    return np.column_stack([points, np.full(len(points), z)]).astype(np.float32)
+def _lifted(points: Floats, z: Any) -> NDArray[np.float32]:
+    return np.column_stack([points, np.broadcast_to(z, len(points))]).astype(np.float32)
 
 
 def _turn(heading: float, *, flipped: bool = False) -> tuple[float, float, float, float]:

@@ -40,6 +40,7 @@ MODES: dict[str, tuple[str, Colour]] = {
 }
 
 _CONE_STEPS = 5
+CONE_POINTS = _CONE_STEPS + 1  # of each cone of `cones`: its tip and its rim
 _ARC_STEPS = 10
 # Nothing of an arc beyond half a turn helps the eye.
 _ARC_TURN = math.pi
