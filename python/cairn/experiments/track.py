@@ -140,6 +140,7 @@ def compare(
     time_ratio = ours["time_s"] / best["measures"]["time_s"]
     summary = {
         "path": reference.name,
+        "joins": reference.joins,
         **asdict(setting),
         "conditions": CONDITIONS[setting.under][0],
         "ours": ours,

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 from cairn.tracking import deviations
 from cairn.view.style import DPI, INK, PALE
@@ -43,11 +46,13 @@ def draw_comparison(record: dict[str, Any], path: Path) -> Path:
     _label(axes["speed"], "", "V [m/s]")
     _label(axes["turn"], "time [s]", "ω [rad/s]")
     _look_aheads(axes["sweep"], record)
+    ours, (key, kind) = summary["ours"], _judged_by(summary)
+    rivals = [entry for entry in record["baselines"] if entry["measures"]["reached"]]
+    rival = min((entry["measures"] for entry in rivals or [{"measures": best}]), key=_worth(key))
     figure.suptitle(
         f"{summary['path']} at {summary['cruise_mps']} m/s, {summary['robot']} P3-AT, "
-        f"waypoints {summary['spacing_m']} m apart: RMS {_cm(summary['ours']['rms_m'])} in "
-        f"{summary['ours']['time_s']:.1f} s, best baseline {_cm(best['rms_m'])} in "
-        f"{best['time_s']:.1f} s",
+        f"waypoints {summary['spacing_m']} m apart: {kind} {_cm(ours[key])} in "
+        f"{ours['time_s']:.1f} s, best baseline {_cm(rival[key])} in {rival['time_s']:.1f} s",
         x=0.01, ha="left", color=INK, fontweight="bold", fontsize=11,
     )  # fmt: skip
     return _saved(figure, path)
@@ -144,23 +149,39 @@ def _way(axis: Any, way: np.ndarray[Any, Any]) -> None:
     _label(axis, "x [m]", "y [m]")
 
 
+def _judged_by(summary: dict[str, Any]) -> tuple[str, str]:
+    """The measure that says most of a drive, and its name."""
+    if not summary["joins"]:
+        return "rms_m", "RMS error"
+    if summary["ours"]["overshoot_m"] is None:
+        return "after_turn_rms_m", "RMS error after the turn"
+    return "overshoot_m", "overshoot"
+
+
+def _worth(key: str) -> Callable[[dict[str, Any]], float]:
+    return lambda told: math.inf if told[key] is None else told[key]
+
+
 def _look_aheads(axis: Any, record: dict[str, Any]) -> None:
-    kinds = list(dict.fromkeys(entry["kind"] for entry in record["baselines"]))
-    top = 100 * record["summary"]["ours"]["rms_m"]
-    for kind, (line, marker) in zip(kinds, (("-", "o"), ("--", "s")), strict=True):
+    key, name = _judged_by(record["summary"])
+    for kind, (line, marker) in zip(
+        dict.fromkeys(entry["kind"] for entry in record["baselines"]),
+        (("-", "o"), ("--", "s")),
+        strict=True,
+    ):
         swept = [entry for entry in record["baselines"] if entry["kind"] == kind]
         good = [entry for entry in swept if entry["measures"]["reached"]]
-        rms_cm = [100 * entry["measures"]["rms_m"] for entry in good]
-        top = max([top, *rms_cm])
         axis.plot(
-            [entry["lookahead_m"] for entry in good], rms_cm, line, marker=marker, color=OTHER,
-            markersize=4, linewidth=1.2, label=kind,
+            [entry["lookahead_m"] for entry in good],
+            [100 * _worth(key)(entry["measures"]) for entry in good],
+            line, marker=marker, color=OTHER, markersize=4, linewidth=1.2, label=kind,
         )  # fmt: skip
-    ours = 100 * record["summary"]["ours"]["rms_m"]
+    ours = 100 * record["summary"]["ours"][key]
     axis.axhline(ours, color=OURS, linewidth=1.6, label="fuzzy tracker")
-    axis.set_ylim(0, 1.1 * top)
+    axis.set_yscale("log")
+    axis.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.legend(frameon=False, fontsize=8)
-    _label(axis, "look-ahead of the baselines [m]", "RMS error [cm]")
+    _label(axis, "look-ahead of the baselines [m]", f"{name} [cm]")
 
 
 def _label(axis: Any, x: str, y: str) -> None:
