@@ -171,6 +171,30 @@ def test_cancel_brakes_to_rest_and_forgets_the_goal():
         assert drive.tick().mode == "stop"
 
 
+def test_a_cancel_holds_though_the_pose_is_lost_in_the_same_tick():
+    def carried_off():
+        drive = Drive(two_rooms(), truth=False, config={"localise": True})
+        drive.nav.set_goal((7.0, 3.0))
+        drive.until(lambda d: d.twist[0] > 0.3)
+        drive.robot.shove(1.0, 1.2)
+        return drive
+
+    def is_lost(decision):
+        return decision.to_dict()["localisation"]["state"] == "searching"
+
+    drive = carried_off()
+    before = len(drive.decisions)
+    drive.until(is_lost)
+    ticks = len(drive.decisions) - before - 1
+    again = carried_off()
+    for _ in range(ticks):
+        assert not is_lost(again.tick())
+    again.nav.cancel()
+    assert is_lost(again.tick())
+    assert again.decisions[-1].goal_status == "cancelled"
+    assert all(again.tick().mode == "stop" for _ in range(50))
+
+
 def test_a_new_goal_while_moving_is_planned_only_at_rest():
     drive = Drive(two_rooms())
     drive.nav.set_goal((7.0, 3.0))
@@ -202,6 +226,24 @@ def test_a_shared_field_saves_the_second_robot_its_plan():
     second.nav.set_goal((7.0, 2.0), field=first.nav.field)
     assert second.until(ended).goal_status == "reached"
     assert (first.nav.plan_count, second.nav.plan_count) == (1, 0)
+
+
+def test_a_shared_field_does_not_make_a_robot_forget_what_it_saw():
+    world = two_rooms()
+    scene = Scene.from_world(world.with_boxes([[2.1, 2.0, 0.4, 0.6]]))
+    drive = Drive(world, scene, start=(0.8, 2.0, 0.0))
+    drive.nav.set_goal((3.3, 2.0))
+    assert drive.until(ended).goal_status == "reached"
+    elsewhere = Drive(world, start=(1.0, 3.0, 0.0))
+    elsewhere.nav.set_goal((0.8, 2.0))
+    elsewhere.until(lambda d: d.mode == "path_tracking")
+    drive.nav.set_goal((0.8, 2.0), field=elsewhere.nav.field)
+    drive.until(lambda d: d.mode == "path_tracking")
+    assert drive.nav.plan_count == 1
+    way = np.vstack([drive.robot.truth[:2], drive.nav.waypoints])
+    along = np.concatenate([np.linspace(a, b, 20) for a, b in itertools.pairwise(way)])
+    outside = np.maximum(abs(along - (2.1, 2.0)) - (0.2, 0.3), 0)
+    assert np.hypot(*outside.T).min() > 0.2
 
 
 def test_an_unmapped_box_on_the_path_is_driven_around_without_contact():

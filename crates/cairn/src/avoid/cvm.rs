@@ -201,16 +201,14 @@ impl Cvm {
         nearest_first: &[(f64, Point2)],
         dt_s: f64,
     ) -> bool {
-        let start = self.limits.reachable(current, pending, self.config.latency_s);
-        let window = Window::reachable(&self.limits, start, dt_s);
         let held_to = self.outline.grown(self.config.margin_m);
         let already_nearer = nearest_first.iter().any(|&(_, p)| held_to.contains(p));
         let outline = if already_nearer { self.body.grown(self.config.obstacle_radius_m) } else { held_to };
-        self.motion(command, &Seen { current, pending, start, dt_s, window, nearest_first })
-            .is_clear(&outline, nearest_first)
+        self.braking(current, pending, command, dt_s).is_clear(&outline, nearest_first)
     }
 
-    /// As [`Cvm::keeps_clear`], held to hardly more than no touch: for motions worked out with their margin.
+    /// As [`Cvm::keeps_clear`], held to hardly more than no touch: for motions worked out with their margin. Where
+    /// the robot stands nearer than that already, to coming no nearer.
     pub fn keeps_off(
         &self,
         current: Twist2,
@@ -220,15 +218,10 @@ impl Cvm {
         dt_s: f64,
     ) -> bool {
         let nearest_first = self.nearest_first(obstacles_in_robot);
-        let start = self.limits.reachable(current, pending, self.config.latency_s);
-        let window = Window::reachable(&self.limits, start, dt_s);
-        let seen = Seen { current, pending, start, dt_s, window, nearest_first: &nearest_first };
-        let held_to = self.body.grown(self.config.obstacle_radius_m + self.config.least_clearance_m / 2.0);
-        let already_nearer = nearest_first.iter().any(|&(_, p)| held_to.contains(p));
-        if already_nearer {
-            return self.can_stop(command, &seen);
-        }
-        self.motion(command, &seen).is_clear(&held_to, &nearest_first)
+        let now_m = nearest_first.iter().map(|&(_, p)| self.body.distance(p)).fold(f64::INFINITY, f64::min);
+        let least_m = self.config.obstacle_radius_m + self.config.least_clearance_m / 2.0;
+        let held_m = least_m.min(now_m - BrakingMotion::SLACK_M).max(0.0);
+        self.braking(current, pending, command, dt_s).is_clear(&self.body.grown(held_m), &nearest_first)
     }
 
     fn drive_or_turn(&self, record: &mut AvoidanceRecord, seen: &Seen) {
@@ -518,13 +511,17 @@ impl Cvm {
     }
 
     fn motion(&self, command: Twist2, seen: &Seen) -> BrakingMotion<'_> {
+        self.braking(seen.current, seen.pending, command, seen.dt_s)
+    }
+
+    fn braking(&self, current: Twist2, pending: Twist2, command: Twist2, dt_s: f64) -> BrakingMotion<'_> {
         BrakingMotion {
             limits: &self.limits,
-            current: seen.current,
-            pending: seen.pending,
+            current,
+            pending,
             command,
             latency_s: self.config.latency_s,
-            dt_s: seen.dt_s,
+            dt_s,
         }
     }
 

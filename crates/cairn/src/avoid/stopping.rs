@@ -20,6 +20,9 @@ pub(super) struct BrakingMotion<'a> {
 }
 
 impl BrakingMotion<'_> {
+    /// An outline grown to this less than an obstacle's distance is clear of it for as long as it comes no nearer \[m\].
+    pub const SLACK_M: f64 = STRIDE_M / 2.0 + 1e-6;
+
     /// Whether the outline stays off every obstacle from now until rest.
     ///
     /// Poses are looked at so densely that no point of the outline moves more than [`STRIDE_M`]

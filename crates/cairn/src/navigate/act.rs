@@ -62,13 +62,23 @@ impl Navigator {
 
     /// `twist`, no faster than can be stopped inside what was seen.
     pub(super) fn within_sight(&self, pose: Pose2, twist: Twist2, dt_s: f64) -> (Twist2, Option<Caution>) {
-        let delay_s = self.profile.drive.latency_s + dt_s;
-        let Self { config, profile, map, .. } = self;
+        let Self { config, profile, map, commanded, .. } = self;
         let geometry = map.geometry();
         let is_seen = |point: Point2| {
             geometry.cell_at(point).is_some_and(|c| map.classes()[geometry.index(c)] != Occupancy::Unknown)
         };
-        cautious(&config.caution, &profile.limits, &profile.footprint, delay_s, is_seen, pose, twist)
+        let latency_s = profile.drive.latency_s;
+        cautious(
+            &config.caution,
+            &profile.limits,
+            &profile.footprint,
+            latency_s,
+            is_seen,
+            pose,
+            *commanded,
+            twist,
+            dt_s,
+        )
     }
 }
 

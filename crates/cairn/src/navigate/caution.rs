@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::act::braking;
 use crate::geometry::{Point2, Pose2, Twist2};
 use crate::robot::{Footprint, Limits};
 
@@ -31,16 +32,35 @@ pub struct Caution {
     pub speed_mps: f64,
 }
 
+/// `wanted` at `cap_mps`, along its own curvature, or at what the robot can brake to in a tick: speeds that were
+/// asked to fall faster would leave the arc, because each has a ramp of its own.
+pub(super) fn slowed_to(
+    limits: &Limits,
+    commanded: Twist2,
+    wanted: Twist2,
+    cap_mps: f64,
+    dt_s: f64,
+) -> Twist2 {
+    let way = wanted.linear_mps.signum();
+    let reached_mps = braking(limits, commanded, dt_s).linear_mps * way;
+    let share = (cap_mps.max(reached_mps) / wanted.linear_mps.abs()).min(1.0);
+    Twist2::new(wanted.linear_mps * share, wanted.angular_radps * share)
+}
+
 /// `wanted`, slowed along its own curvature to what can be stopped within sight.
+#[allow(clippy::too_many_arguments)]
 pub(super) fn cautious(
     config: &CautionConfig,
     limits: &Limits,
     footprint: &Footprint,
-    delay_s: f64,
+    latency_s: f64,
     is_seen: impl Fn(Point2) -> bool,
     world_from_robot: Pose2,
+    commanded: Twist2,
     wanted: Twist2,
+    dt_s: f64,
 ) -> (Twist2, Option<Caution>) {
+    let delay_s = latency_s + dt_s;
     let speed_mps = wanted.linear_mps;
     if speed_mps <= config.creep_mps {
         return (wanted, None);
@@ -55,9 +75,7 @@ pub(super) fn cautious(
     if cap_mps >= speed_mps {
         return (wanted, None);
     }
-    let share = cap_mps / speed_mps;
-    let slowed = Twist2::new(speed_mps * share, wanted.angular_radps * share);
-    (slowed, Some(Caution { sight_m, speed_mps: cap_mps }))
+    (slowed_to(limits, commanded, wanted, cap_mps, dt_s), Some(Caution { sight_m, speed_mps: cap_mps }))
 }
 
 /// How far the front of the robot moves along the arc before it enters an unknown cell \[m\].
@@ -98,7 +116,23 @@ mod tests {
 
     fn slowed(seen_up_to_m: f64, wanted: Twist2) -> (Twist2, Option<Caution>) {
         let is_seen = |p: Point2| p.x <= seen_up_to_m;
-        cautious(&CautionConfig::default(), &LIMITS, &BOX, 0.2, is_seen, Pose2::IDENTITY, wanted)
+        let config = CautionConfig::default();
+        cautious(&config, &LIMITS, &BOX, 0.1, is_seen, Pose2::IDENTITY, Twist2::ZERO, wanted, 0.1)
+    }
+
+    #[test]
+    fn a_robot_in_a_bend_is_slowed_no_faster_than_it_can_brake_along_the_bend() {
+        let bend = Twist2::new(0.5, 0.75);
+        let mut commanded = bend;
+        for _ in 0..30 {
+            let next = slowed_to(&LIMITS, commanded, bend, 0.1, 0.1);
+            assert_eq!(LIMITS.reachable(commanded, next, 0.1), next);
+            assert!((next.angular_radps / next.linear_mps - 1.5).abs() < 1e-9);
+            commanded = next;
+        }
+        assert!((commanded.linear_mps - 0.1).abs() < 1e-9);
+        let backwards = slowed_to(&LIMITS, Twist2::new(0.5, 0.0), Twist2::new(-0.4, 0.2), 0.1, 0.1);
+        assert!((backwards.linear_mps + 0.1).abs() < 1e-12);
     }
 
     #[test]

@@ -144,7 +144,7 @@ impl Default for NavigatorConfig {
             escape_m: 1.0,
             doubt_m: 2.0,
             doubt_near_m: 0.6,
-            doubts: 3,
+            doubts: 5,
             fruitless_plans: 4,
             resolution_m: 0.05,
             open_margin_m: 4.0,

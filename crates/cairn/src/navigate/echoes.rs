@@ -1,8 +1,9 @@
 //! Echoes that no wall of the given map explains: something new is that near, though an echo does not say where
 //! on its arc. Until the map knows, the robot drives no faster than it can stop before any of it. What is heard
-//! straight ahead counts even if a wall explains it: a shut door sounds like the posts beside it.
+//! straight ahead counts even if a wall explains it: a shut door sounds like the posts beside it. What is heard to
+//! come nearer is braked for as something that comes on meanwhile.
 
-use super::caution::Caution;
+use super::caution::{Caution, slowed_to};
 use super::navigator::Navigator;
 use crate::avoid::GrownBox;
 use crate::geometry::{Point2, Pose2, Twist2};
@@ -24,6 +25,10 @@ const REMEMBERED_S: f64 = 0.6;
 const KEPT_M: f64 = 0.04;
 /// What is nearer to the robot's sides than this is beside it, not ahead \[m\].
 const BESIDE_M: f64 = 0.01;
+/// What comes may come on as fast as this \[m/s\],
+const COMES_MPS: f64 = 0.3;
+/// and stands where it is heard if it is nearer than this \[m\].
+const COMES_PLACED_M: f64 = 1.0;
 
 /// A point on the arc of an echo, world frame.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +36,7 @@ pub(super) struct Echo {
     at: Point2,
     age_s: f64,
     placed: bool,
+    comes: bool,
 }
 
 impl Navigator {
@@ -42,23 +48,39 @@ impl Navigator {
             echo.age_s += dt_s;
             echo.placed && echo.age_s <= REMEMBERED_S && outline.distance(robot_from_world * echo.at) > 0.0
         });
-        if !(self.map_given && self.pose_known) {
-            return;
-        }
+        self.approach.pass(dt_s);
+        let knows = self.map_given && self.pose_known;
         for (sonar, &range_m) in self.profile.sonars.iter().zip(ranges_m) {
             let heard = range_m >= sonar.min_range_m && range_m < sonar.max_range_m.min(NEAR_M);
-            let world_from_sonar = pose * sonar.pose;
-            let explained = heard && self.map.explains(world_from_sonar, sonar.beam_rad, range_m);
-            let along = sonar.pose.heading.sin().abs() <= AHEAD_RAD.sin();
-            if !heard || explained && !along {
+            if !heard {
                 continue;
             }
-            let half_rad = AXIAL_RAD.min(sonar.beam_rad / 2.0);
-            self.echoes.extend((0..POINTS).map(|i| {
-                let (sin, cos) = (half_rad * (2.0 * f64::from(i) / f64::from(POINTS - 1) - 1.0)).sin_cos();
-                let at = world_from_sonar * Point2::new(range_m * cos, range_m * sin);
-                Echo { at, age_s: 0.0, placed: range_m < PLACED_M && !explained }
-            }));
+            let world_from_sonar = pose * sonar.pose;
+            let explained = self.map.explains(world_from_sonar, sonar.beam_rad, range_m);
+            let arc = |half_rad: f64| {
+                (0..POINTS).map(move |i| {
+                    let (sin, cos) =
+                        (half_rad * (2.0 * f64::from(i) / f64::from(POINTS - 1) - 1.0)).sin_cos();
+                    world_from_sonar * Point2::new(range_m * cos, range_m * sin)
+                })
+            };
+            let middle = world_from_sonar * Point2::new(range_m, 0.0);
+            if !explained {
+                self.approach.hear(arc(sonar.beam_rad / 2.0), middle);
+            }
+            let comes = !explained && self.approach.is_near(middle);
+            let along = sonar.pose.heading.sin().abs() <= AHEAD_RAD.sin();
+            if comes || knows && (!explained || along) {
+                let placed_m = if comes { COMES_PLACED_M } else { PLACED_M };
+                let placed = range_m < placed_m && !explained;
+                let half_rad = AXIAL_RAD.min(sonar.beam_rad / 2.0);
+                self.echoes.extend(arc(half_rad).map(|at| Echo { at, age_s: 0.0, placed, comes }));
+            }
+        }
+        for (sonar, &range_m) in self.profile.sonars.iter().zip(ranges_m) {
+            if range_m >= sonar.min_range_m && range_m < sonar.max_range_m {
+                self.approach.look(pose * sonar.pose, sonar.beam_rad, range_m);
+            }
         }
     }
 
@@ -70,46 +92,55 @@ impl Navigator {
     /// `twist`, no faster than can be stopped before what is heard ahead of it.
     pub(super) fn within_hearing(&self, pose: Pose2, twist: Twist2, dt_s: f64) -> (Twist2, Option<Caution>) {
         let robot_from_world = pose.inverse().turned();
-        let heard = self.echoes.iter().map(|echo| robot_from_world * echo.at);
+        let heard = self.echoes.iter().map(|echo| (robot_from_world * echo.at, echo.comes));
         let outline = self.profile.footprint;
         let body = GrownBox {
             half_length_m: outline.length_m / 2.0,
             half_width_m: outline.width_m / 2.0,
             growth_m: BESIDE_M,
         };
-        let delay_s = self.profile.drive.latency_s + dt_s;
-        before_echoes(&body, &self.profile.limits, delay_s, heard, twist)
+        let limits = &self.profile.limits;
+        let caution = before_echoes(&body, limits, self.profile.drive.latency_s + dt_s, heard, twist);
+        match caution {
+            Some(Caution { speed_mps, .. }) => {
+                (slowed_to(limits, self.commanded, twist, speed_mps, dt_s), caution)
+            }
+            None => (twist, None),
+        }
     }
 }
 
-/// `wanted`, slowed along its own curvature to what stops before every one of `heard`, robot frame.
+/// What `wanted` must be slowed to, along its own curvature, to stop before every one of `heard`, robot frame,
+/// though those that come come on.
 fn before_echoes(
     body: &GrownBox,
     limits: &Limits,
     delay_s: f64,
-    heard: impl Iterator<Item = Point2>,
+    heard: impl Iterator<Item = (Point2, bool)>,
     wanted: Twist2,
-) -> (Twist2, Option<Caution>) {
+) -> Option<Caution> {
     let speed_mps = wanted.linear_mps.abs();
     if speed_mps == 0.0 {
-        return (wanted, None);
+        return None;
     }
     // Running back is running on in a mirror.
     let way = wanted.linear_mps.signum();
     let curvature = wanted.angular_radps / wanted.linear_mps * way;
-    let sight_m = heard
-        .map(|point| Point2::new(point.x * way, point.y))
-        .filter(|point| point.x > body.half_length_m)
-        .map(|point| body.first_contact_m(point, curvature) - KEPT_M)
-        .fold(f64::INFINITY, f64::min)
-        .max(0.0);
-    let cap_mps = limits.stoppable_mps(sight_m, delay_s);
-    if cap_mps >= speed_mps {
-        return (wanted, None);
+    let mut sight_m = [f64::INFINITY; 2];
+    for (point, comes) in heard {
+        let point = Point2::new(point.x * way, point.y);
+        if point.x > body.half_length_m {
+            let least_m = &mut sight_m[usize::from(comes)];
+            *least_m = least_m.min(body.first_contact_m(point, curvature) - KEPT_M).max(0.0);
+        }
     }
-    let share = cap_mps / speed_mps;
-    let slowed = Twist2::new(wanted.linear_mps * share, wanted.angular_radps * share);
-    (slowed, Some(Caution { sight_m, speed_mps: cap_mps }))
+    // It comes on while the robot brakes: v·T + v²/2a + u·(T + v/a) = d.
+    let late_s = delay_s + COMES_MPS / limits.linear_mps2;
+    let stands_mps = limits.stoppable_mps(sight_m[0], delay_s);
+    let comes_mps = limits.stoppable_mps((sight_m[1] - COMES_MPS * delay_s).max(0.0), late_s);
+    let cap_mps = stands_mps.min(comes_mps);
+    let sight_m = sight_m[0].min(sight_m[1]);
+    (cap_mps < speed_mps).then_some(Caution { sight_m, speed_mps: cap_mps })
 }
 
 #[cfg(test)]
@@ -120,28 +151,33 @@ mod tests {
         Limits { linear_mps: 0.7, angular_radps: 2.4, linear_mps2: 0.3, angular_radps2: 1.7 };
     const BODY: GrownBox = GrownBox { half_length_m: 0.3, half_width_m: 0.25, growth_m: 0.01 };
 
-    fn slowed(wanted: Twist2, heard: &[Point2]) -> (Twist2, Option<Caution>) {
-        before_echoes(&BODY, &LIMITS, 0.2, heard.iter().copied(), wanted)
+    fn capped(wanted: Twist2, heard: &[(Point2, bool)]) -> Option<f64> {
+        before_echoes(&BODY, &LIMITS, 0.2, heard.iter().copied(), wanted).map(|caution| caution.speed_mps)
     }
 
     #[test]
-    fn the_robot_could_stop_before_an_echo_ahead_or_behind_and_keeps_its_curvature() {
+    fn the_robot_could_stop_before_an_echo_ahead_or_behind() {
         for way in [1.0, -1.0] {
-            let wanted = Twist2::new(0.6 * way, 0.3);
-            let (twist, caution) = slowed(wanted, &[Point2::new(0.7 * way, 0.1)]);
-            let v = twist.linear_mps * way;
+            let v = capped(Twist2::new(0.6 * way, 0.3), &[(Point2::new(0.7 * way, 0.1), false)]).unwrap();
             assert!(v > 0.2 && v * v / 0.6 + 0.2 * v <= 0.4, "{v}");
-            assert!((twist.angular_radps / twist.linear_mps - 0.5 * way).abs() < 1e-12);
-            assert!(caution.is_some());
         }
+    }
+
+    #[test]
+    fn before_what_comes_the_robot_stands_before_it_is_there() {
+        let wanted = Twist2::new(0.7, 0.0);
+        let v = capped(wanted, &[(Point2::new(1.0, 0.0), true)]).unwrap();
+        let stops_s = 0.2 + v / LIMITS.linear_mps2;
+        assert!(v > 0.15 && 0.2 * v + v * v / 0.6 + COMES_MPS * stops_s <= 0.7 - KEPT_M + 1e-9, "{v}");
+        assert!(v < capped(wanted, &[(Point2::new(1.0, 0.0), false)]).unwrap());
     }
 
     #[test]
     fn an_echo_beside_the_way_or_behind_it_slows_nothing_and_one_at_the_bumper_stops() {
         let wanted = Twist2::new(0.6, 0.0);
         for beside in [Point2::new(0.8, 0.3), Point2::new(0.1, 0.25), Point2::new(-0.5, 0.0)] {
-            assert_eq!(slowed(wanted, &[beside]), (wanted, None));
+            assert_eq!(capped(wanted, &[(beside, false)]), None);
         }
-        assert_eq!(slowed(wanted, &[Point2::new(0.33, 0.0)]).0.linear_mps, 0.0);
+        assert_eq!(capped(wanted, &[(Point2::new(0.33, 0.0), false)]), Some(0.0));
     }
 }

@@ -142,7 +142,9 @@ impl Navigator {
         let position = self.odometry.pose().position();
         let before = self.to_go(position);
         let repair = self.repair();
-        if repair.is_some() {
+        // Without a way the watch counts metres to the goal, which no map changes.
+        let on_way = self.mode == Mode::PathTracking || self.intermediate.is_some();
+        if repair.is_some() && on_way {
             self.trap.raise(self.to_go(position) - before);
         }
         repair

@@ -4,9 +4,13 @@
 use super::error::NavigateError;
 use super::navigator::{Navigator, TickInput};
 use super::record::Task;
+use super::strategy::Event;
 use crate::geometry::Pose2;
 use crate::locate::{LocaliseReport, LocaliseState, Localiser, MatchReport};
 use crate::world::{OccupancyGrid, OccupancyMap};
+
+/// A jump that turns the pose by more leaves what was seen in the wrong place \[rad\].
+const TURNED_RAD: f64 = 0.2;
 
 /// A localiser and what it needs to begin again.
 #[derive(Clone, Debug)]
@@ -98,8 +102,9 @@ impl Navigator {
 
     /// Puts a task that has just begun aside where the pose is not known.
     pub(super) fn hold_while_lost(&mut self) {
+        let cancelled = self.asked == Some(Event::Cancelled);
         let Some(locating) = &mut self.locating else { return };
-        if self.pose_known {
+        if self.pose_known || cancelled {
             return;
         }
         if let Some(task) = self.task {
@@ -128,13 +133,11 @@ impl Navigator {
 
     /// What was seen from a pose that was off by a jump stands in the wrong place.
     fn take_jump(&mut self, jump: Option<Pose2>) -> Result<(), NavigateError> {
-        let Some(jump) = jump.filter(|jump| jump.x.hypot(jump.y) > self.config.off_path_m) else {
-            return Ok(());
-        };
-        let Some(locating) = &self.locating else { return Ok(()) };
-        debug_assert!(jump.is_finite());
+        let far_m = self.config.off_path_m;
+        let far = |jump: Pose2| jump.x.hypot(jump.y) > far_m || jump.heading.abs() > TURNED_RAD;
+        let (true, Some(locating)) = (jump.is_some_and(far), &self.locating) else { return Ok(()) };
         self.map = OccupancyMap::from_occupancy(&self.config.mapping, &locating.prior)?;
-        if let Some(task) = self.task {
+        if let Some(task) = self.task.filter(|_| self.asked != Some(Event::Cancelled)) {
             self.begin_now(task);
         }
         Ok(())

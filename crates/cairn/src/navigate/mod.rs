@@ -1,6 +1,7 @@
 //! Modes and transitions, and the navigator that holds the parts together `[Maalouf06 §6]`.
 
 mod act;
+mod approach;
 mod backing;
 mod caution;
 mod config;

@@ -1,6 +1,7 @@
 //! The navigator: one call per tick, locate → map → mode → track or avoid, one record out.
 
 use super::act::braking;
+use super::approach::Approach;
 use super::backing::Backing;
 use super::config::{NavigatorConfig, PathShape};
 use super::echoes::Echo;
@@ -103,6 +104,7 @@ pub struct Navigator {
     pub(super) manoeuvre: Option<Manoeuvre>,
     /// Heard now, or just before, and not explained by the given map.
     pub(super) echoes: Vec<Echo>,
+    pub(super) approach: Approach,
     /// Where its motors were silent last, and how often in a row.
     pub(super) silent: Option<(Point2, u32)>,
     /// Where its wheels stood, and turned backwards then.
@@ -207,6 +209,7 @@ impl Navigator {
             stands: StandWatch::default(),
             manoeuvre: None,
             echoes: Vec::new(),
+            approach: Approach::default(),
             silent: None,
             held_at: None,
             waiting_s: 0.0,
@@ -298,6 +301,11 @@ impl Navigator {
         self.waiting_s = 0.0;
         self.waiting_for_way = false;
         self.keeper.switches = 0;
+        self.held_at = None;
+        self.silent = None;
+        self.path.clear();
+        self.waypoints.clear();
+        self.tracker.clear();
         self.drop_field();
     }
 

@@ -9,8 +9,9 @@ use super::recovery::{Cause, Recovery};
 use super::strategy::{Mode, Reason};
 use super::way::length_m;
 use crate::geometry::{Point2, Pose2};
+use crate::plan::NewCosts;
 use crate::track::Waypoints;
-use crate::world::OccupancyGrid;
+use crate::world::{Cell, KeptCosts, OccupancyGrid};
 
 /// A robot that moved less than this since its last plan gained nothing by it \[m\].
 const FRUITLESS_M: f64 = 0.3;
@@ -56,6 +57,7 @@ impl Navigator {
                 }
             }
             Reason::PathFound if entered => {
+                self.tracker.rests();
                 self.waiting_for_way = false;
                 self.trap.restart();
             }
@@ -140,8 +142,10 @@ impl Navigator {
     }
 
     fn solve_or_share(&mut self) -> Result<WorldField, Refusal> {
-        if let (Some(field), true) = (&self.field, self.shared) {
-            return Ok(field.clone());
+        if self.shared
+            && let Some(field) = self.field.clone()
+        {
+            return Ok(self.with_own_sight(field));
         }
         let pose = self.odometry.pose();
         let moved = self.planned_at.is_none_or(|last| last.distance(pose.position()) >= FRUITLESS_M);
@@ -162,6 +166,30 @@ impl Navigator {
             Some(Task::Goal { point }) => solve(planner, kept, &self.body, point),
             _ => solve_frontiers(planner, kept, &self.body, pose.position()),
         }
+    }
+
+    /// Another robot's field, with what this one saw that the given map does not show.
+    fn with_own_sight(&mut self, mut theirs: WorldField) -> WorldField {
+        let Some(prior) = self.map.prior().filter(|_| self.price(&[]).is_ok()) else { return theirs };
+        let Some(kept) = self.keeper.costs.as_ref().filter(|kept| kept.geometry() == theirs.geometry())
+        else {
+            return theirs;
+        };
+        let unseen = KeptCosts::new(prior, self.body, self.config.costmap, self.ground.clone());
+        let Ok(unseen) = unseen else { return theirs };
+        let geometry = kept.geometry();
+        let goals = theirs.field.goals();
+        let (cells, costs): (Vec<Cell>, Vec<f32>) = (0..geometry.len())
+            .map(|i| (geometry.cell(i), kept.costs().values[i], unseen.costs().values[i]))
+            .filter(|(cell, now, before)| now != before && (now.is_finite() || !goals.contains(cell)))
+            .map(|(cell, now, _)| (cell, now))
+            .unzip();
+        if !cells.is_empty() {
+            let field = Arc::make_mut(&mut theirs.field);
+            // What cannot be taken over is planned around once it is met.
+            let _ = field.update(&cells, NewCosts::F32(&costs), self.config.keeping.give_up);
+        }
+        theirs
     }
 
     /// The field is of no use any more.

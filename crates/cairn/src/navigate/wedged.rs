@@ -91,14 +91,14 @@ impl StandWatch {
         (seconds >= config.stands_s - 1e-9).then_some(seconds)
     }
 
-    /// Whether another manoeuvre may begin here.
-    fn may_begin(&mut self, at: Point2, most: u32) -> bool {
-        let times = match self.tried {
-            Some((before, times)) if before.distance(at) < PLACE_M => times + 1,
-            _ => 1,
-        };
-        self.tried = Some((at, times));
-        times <= most
+    /// How many manoeuvres began about here.
+    fn begun(&self, at: Point2) -> u32 {
+        self.tried.filter(|(before, _)| before.distance(at) < PLACE_M).map_or(0, |(_, times)| times)
+    }
+
+    /// Another one begins here.
+    fn begin(&mut self, at: Point2) {
+        self.tried = Some((at, self.begun(at) + 1));
     }
 }
 
@@ -127,10 +127,11 @@ impl Navigator {
         };
         let seconds = stands.or(mills)?;
         self.stands.restart();
-        if !self.stands.may_begin(pose.position(), config.most) {
+        if self.stands.begun(pose.position()) >= config.most {
             return None;
         }
         let legs = self.find_manoeuvre(pose)?;
+        self.stands.begin(pose.position());
         let cause = Cause::Wedged { seconds, legs: legs.len() as u32 };
         self.manoeuvre = Some(Manoeuvre { legs: legs.into(), least_left: f64::INFINITY, waits_s: 0.0 });
         Some(cause)

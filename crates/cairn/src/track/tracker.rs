@@ -229,6 +229,11 @@ impl Tracker {
     pub fn clear(&mut self) {
         self.waypoints = None;
         self.index = 0;
+        self.rests();
+    }
+
+    /// The robot came to rest meanwhile: no command is in flight.
+    pub fn rests(&mut self) {
         self.last = None;
         self.in_flight.forget();
     }

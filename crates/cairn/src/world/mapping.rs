@@ -334,6 +334,11 @@ impl OccupancyMap {
         Grid::new(self.geometry, self.class.iter().map(|&class| class == Occupancy::Occupied).collect())
     }
 
+    /// The prior map, if there is one.
+    pub fn prior(&self) -> Option<OccupancyGrid> {
+        self.prior.as_ref().map(|prior| Grid::new(self.geometry, prior.clone()))
+    }
+
     /// The classes of [`Self::occupancy`], row-major, without a copy.
     pub fn classes(&self) -> &[Occupancy] {
         &self.class

@@ -217,3 +217,18 @@ fn what_is_too_far_to_be_met_before_rest_changes_nothing_of_what_keeps_clear() {
     }
     assert!(clear > 200 && met > 200, "{clear} clear, {met} not");
 }
+
+#[test]
+fn a_robot_that_stands_nearer_than_anything_may_slide_along_or_leaves_but_comes_no_nearer() {
+    let cvm = Cvm::new(&CvmConfig::default(), &LIMITS, &P3AT).unwrap();
+    let beside = |gap_m: f64| {
+        let y = P3AT.width_m / 2.0 + gap_m;
+        (-20..=20).map(|i| Point2::new(0.05 * f64::from(i), y)).collect::<Vec<_>>()
+    };
+    for gap_m in [0.012, 0.02, 0.03] {
+        let keeps = |command| cvm.keeps_off(Twist2::ZERO, Twist2::ZERO, command, &beside(gap_m), TICK_S);
+        assert!([-0.1, 0.1].into_iter().all(|v| keeps(Twist2::new(v, 0.0))), "{gap_m}");
+        assert!([-0.4, 0.4].into_iter().all(|w| !keeps(Twist2::new(0.0, w))), "{gap_m}");
+        assert!(!keeps(Twist2::new(0.1, 0.3)), "{gap_m}");
+    }
+}
