@@ -20,7 +20,8 @@ from cairn import _brain
 from cairn.experiments.nav.scoring import CAP, OLD_CAP, score
 from cairn.experiments.nav.trial import COLLISION, ERROR, SUCCESS, TIMEOUT, Trial
 from cairn.missions import Result, Scenario
-from cairn.missions.setting import point_of
+from cairn.missions.setting import Setting, build, point_of
+from cairn.robots import Box
 from cairn.robots.robot import Pose
 from cairn.world import World
 
@@ -79,8 +80,14 @@ def office_mission(number: int, seed: int = 1, robot: str = "mujoco") -> Scenari
 def drive_office(number: int, seed: int, robot: str = "mujoco") -> tuple[Trial, Result | None]:
     """Run a mission and judge it as a trial: (trial, result), no result after an error."""
     scenario = office_mission(number, seed, robot)
+    settings: list[Setting] = []
+
+    def kept(scenario: Scenario, seed: int) -> Setting:
+        settings.append(build(scenario, seed))
+        return settings[0]
+
     try:
-        result = cairn.missions.run(scenario)
+        result = cairn.missions.run(scenario, setting=kept)
     except cairn.errors.CairnError as error:
         return _trial(number, ERROR, f"{type(error).__name__}: {error}", None), None
     ended = result.robots[0].goals[0]
@@ -89,22 +96,19 @@ def drive_office(number: int, seed: int, robot: str = "mujoco") -> tuple[Trial, 
         return _trial(number, COLLISION, f"touched {touched[0].get('name', '')}", result), result
     if ended.outcome == "reached":
         return _trial(number, SUCCESS, ended.sentence, result), result
-    if ended.outcome == "refused" and not is_possible(scenario, result.time_s):
-        return _trial(number, SUCCESS, f"rightly refused: {ended.sentence}", result), result
     if ended.outcome == "refused":
-        width_m = widest_way_m(scenario, result.time_s)
+        stage = settings[0].agents[0].robot.stage
+        stands = [box for box, stands in zip(stage.boxes, stage.standing, strict=True) if stands]
+        width_m = widest_way_m(scenario, stands)
+        if width_m <= cairn.Profile.load("p3at").footprint.width_m:
+            return _trial(number, SUCCESS, f"rightly refused: {ended.sentence}", result), result
         reason = f"refused, though a way {width_m:.2f} m wide was left: {ended.sentence}"
         return _trial(number, TIMEOUT, reason, result), result
     return _trial(number, TIMEOUT, f"{ended.outcome}: {ended.sentence}", result), result
 
 
-def is_possible(scenario: Scenario, time_s: float) -> bool:
-    """Whether a way is left for the inscribed disc past all that stands at a time of the run."""
-    return widest_way_m(scenario, time_s) > cairn.Profile.load("p3at").footprint.width_m
-
-
-def widest_way_m(scenario: Scenario, time_s: float) -> float:
-    """Width of the widest way past all that stands at a time of the run, to a cell's size [m].
+def widest_way_m(scenario: Scenario, standing: Sequence[Box]) -> float:
+    """Width of the widest way past walls and all that stands, to a cell's size [m].
 
     The greatest diameter of a disc that passes from start to goal; 0 where none does.
     """
@@ -114,11 +118,10 @@ def widest_way_m(scenario: Scenario, time_s: float) -> float:
     rows, cols = np.indices(occupancy.shape)
     x = x0 + (cols + 0.5) * world.resolution_m
     y = y0 + (rows + 0.5) * world.resolution_m
-    for box in scenario.boxes:
-        if box.from_s <= time_s and (box.until_s is None or time_s < box.until_s):
-            c, s = math.cos(box.yaw_rad), math.sin(box.yaw_rad)
-            u, v = c * (x - box.x_m) + s * (y - box.y_m), c * (y - box.y_m) - s * (x - box.x_m)
-            occupancy[(abs(u) <= box.length_m / 2) & (abs(v) <= box.width_m / 2)] = 1
+    for box in standing:
+        c, s = math.cos(box.heading), math.sin(box.heading)
+        u, v = c * (x - box.x) + s * (y - box.y), c * (y - box.y) - s * (x - box.x)
+        occupancy[(abs(u) <= box.length_m / 2) & (abs(v) <= box.width_m / 2)] = 1
     crowded = World(occupancy, resolution_m=world.resolution_m, origin=world.origin)
     clear_m = _clearances(crowded)
     cells = [
