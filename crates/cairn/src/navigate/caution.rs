@@ -126,7 +126,9 @@ mod tests {
         let mut commanded = bend;
         for _ in 0..30 {
             let next = slowed_to(&LIMITS, commanded, bend, 0.1, 0.1);
-            assert_eq!(LIMITS.reachable(commanded, next, 0.1), next);
+            let reached = LIMITS.reachable(commanded, next, 0.1);
+            assert!((reached.linear_mps - next.linear_mps).abs() < 1e-12);
+            assert!((reached.angular_radps - next.angular_radps).abs() < 1e-12);
             assert!((next.angular_radps / next.linear_mps - 1.5).abs() < 1e-9);
             commanded = next;
         }
