@@ -25,10 +25,8 @@ const REMEMBERED_S: f64 = 0.6;
 const KEPT_M: f64 = 0.04;
 /// What is nearer to the robot's sides than this is beside it, not ahead \[m\].
 const BESIDE_M: f64 = 0.01;
-/// What comes may come on as fast as this \[m/s\],
+/// What comes may come on as fast as this \[m/s\].
 const COMES_MPS: f64 = 0.3;
-/// and stands where it is heard if it is nearer than this \[m\].
-const COMES_PLACED_M: f64 = 1.0;
 
 /// A point on the arc of an echo, world frame.
 #[derive(Clone, Copy, Debug)]
@@ -71,8 +69,7 @@ impl Navigator {
             let comes = !explained && self.approach.is_near(middle);
             let along = sonar.pose.heading.sin().abs() <= AHEAD_RAD.sin();
             if comes || knows && (!explained || along) {
-                let placed_m = if comes { COMES_PLACED_M } else { PLACED_M };
-                let placed = range_m < placed_m && !explained;
+                let placed = range_m < PLACED_M && !explained;
                 let half_rad = AXIAL_RAD.min(sonar.beam_rad / 2.0);
                 self.echoes.extend(arc(half_rad).map(|at| Echo { at, age_s: 0.0, placed, comes }));
             }
