@@ -13,7 +13,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 import cairn
-from cairn import errors
+from cairn import _brain, errors
 from cairn.missions import Scenario, run
 from cairn.record import Recorder, open_run
 
@@ -254,3 +254,31 @@ def test_a_new_recording_leaves_no_summary_of_the_old_run(tmp_path):
     (tmp_path / "summary.json").write_text(json.dumps({"summary": {}}))
     Recorder(tmp_path).close()
     assert not (tmp_path / "summary.json").exists()
+
+
+def test_robots_whose_names_differ_in_a_sign_have_topics_of_their_own(tmp_path):
+    names = ["a-1", "a_1", "a 1"]
+    robots = {name: cairn.Navigator("p3at") for name in names}
+    ranges = np.full(cairn.Profile.load("p3at").range_count, np.inf)
+    with Recorder(tmp_path) as recorder:
+        recorder.follow(robots)
+        for number, nav in enumerate(robots.values()):
+            for _ in range(number + 1):
+                nav.step(ranges, (0.0, 0.0), 0.0, 0.1)
+    made = open_run(tmp_path)
+    for number, name in enumerate(names):
+        assert [line["robot"] for line in made.ticks(name)] == [name] * (number + 1)
+        assert len(list(made.inputs(name))) == number + 1
+        assert len(list(made.grids(name))) >= 1
+    with Reader(tmp_path / "run.mcap") as reader:
+        topics = {each.topic for each in reader.connections}
+    assert {"/a_1/pose", "/a_1_2/pose", "/a_1_3/pose"} <= topics
+
+
+def test_a_robot_that_is_not_recorded_is_refused_and_the_log_goes_on(tmp_path):
+    recorder = _brain.Recorder(tmp_path / "run.mcap")
+    with pytest.raises(errors.RecordedRobotUnknown) as caught:
+        recorder.judged(7, 0.0, (0.0, 0.0, 0.0), 1.0)
+    assert (caught.value.number, caught.value.robots) == (7, 0)
+    recorder.attach("run.json", "application/json", b"{}")
+    recorder.finish()

@@ -56,8 +56,9 @@ impl Recorder {
         truth: Triple,
         clearance_m: f64,
     ) -> PyResult<()> {
-        py.detach(|| self.inner.judged(robot, time_s, pose_of(truth), clearance_m));
-        self.inner.check().map_err(|e| to_python(&e))
+        py.detach(|| self.inner.judged(robot, time_s, pose_of(truth), clearance_m))
+            .and_then(|()| self.inner.check())
+            .map_err(|e| to_python(&e))
     }
 
     /// Writes what is left and closes the file.

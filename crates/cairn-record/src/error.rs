@@ -12,6 +12,14 @@ pub enum RecordError {
         /// What the system says.
         reason: String,
     },
+    /// No robot has this number.
+    #[error("the log records {robots} robots: there is none of number {number}, counted from 0")]
+    RecordedRobotUnknown {
+        /// What was given.
+        number: usize,
+        /// How many there are.
+        robots: usize,
+    },
     /// The file cannot be read, or is no log.
     #[error("{path} cannot be read as a log: {reason}")]
     LogUnreadable {

@@ -158,8 +158,21 @@ impl Recorder {
     }
 
     /// What the judge saw at the last tick of `robot`, the number of its tap.
-    pub fn judged(&self, robot: usize, time_s: f64, truth: Pose2, clearance_m: f64) {
+    ///
+    /// # Errors
+    /// [`RecordError::RecordedRobotUnknown`].
+    pub fn judged(
+        &self,
+        robot: usize,
+        time_s: f64,
+        truth: Pose2,
+        clearance_m: f64,
+    ) -> Result<(), RecordError> {
+        if robot >= self.robots {
+            return Err(RecordError::RecordedRobotUnknown { number: robot, robots: self.robots });
+        }
         self.send(Event::Judged { robot, time_s, truth, clearance_m });
+        Ok(())
     }
 
     /// Whether all is well so far.
@@ -167,8 +180,12 @@ impl Recorder {
     /// # Errors
     /// [`RecordError::LogUnwritable`] once something could not be written.
     pub fn check(&self) -> Result<(), RecordError> {
-        match self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone() {
+        // Asked first: a writer that fails says why before it ends.
+        let ended = self.thread.as_ref().is_some_and(JoinHandle::is_finished);
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        match failure {
             Some(error) => Err(error),
+            None if ended => Err(self.stopped()),
             None => Ok(()),
         }
     }
@@ -181,11 +198,15 @@ impl Recorder {
         if let Some(thread) = self.thread.take() {
             self.send(Event::Finish);
             if thread.join().is_err() {
-                let path = self.path.display().to_string();
-                return Err(RecordError::LogUnwritable { path, reason: "its writer stopped".to_owned() });
+                return Err(self.stopped());
             }
         }
         self.check()
+    }
+
+    fn stopped(&self) -> RecordError {
+        let path = self.path.display().to_string();
+        RecordError::LogUnwritable { path, reason: "its writer stopped".to_owned() }
     }
 
     /// A writer that failed has said so in `failure`; nothing more can be sent to it then.

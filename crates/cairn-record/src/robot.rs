@@ -63,9 +63,13 @@ pub struct RobotLog {
 }
 
 impl RobotLog {
-    /// Writes where the robot's sensors sit.
-    pub fn begin(name: &str, profile: RobotProfile, out: &mut Output) -> Result<Self, SinkError> {
-        let topics: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    /// Writes where the robot's sensors sit. In the names of topics and frames it is called `topics`.
+    pub fn begin(
+        name: &str,
+        topics: &str,
+        profile: RobotProfile,
+        out: &mut Output,
+    ) -> Result<Self, SinkError> {
         let frame = |part: &str| format!("{topics}/{part}");
         let base = frame("base_link");
         let sonars: Vec<(String, String)> = (0..profile.sonars.len())
@@ -90,6 +94,11 @@ impl RobotLog {
             mode: None,
             status: None,
         })
+    }
+
+    /// Has these topics, and is not the robot of this name.
+    pub fn takes(&self, topics: &str, name: &str) -> bool {
+        self.topics[1..] == *topics && self.name != name
     }
 
     fn topic(&self, name: &str) -> String {

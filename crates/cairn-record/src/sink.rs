@@ -28,6 +28,8 @@ pub enum SinkError {
     Mcap(#[from] McapError),
     #[error("{0}")]
     Json(#[from] JsonError),
+    #[error("there is no robot number {0}")]
+    NoRobot(usize),
 }
 
 /// Writes events to `file` until the last one.
@@ -99,6 +101,23 @@ impl Output {
     }
 }
 
+fn nth(robots: &mut [RobotLog], number: usize) -> Result<&mut RobotLog, SinkError> {
+    robots.get_mut(number).ok_or(SinkError::NoRobot(number))
+}
+
+/// What a robot is called in topics and frames: its name in letters, digits and underscores, with a
+/// number where another robot is called so already. `Run` in Python follows the same rule.
+fn topics_of(name: &str, robots: &[RobotLog]) -> String {
+    let plain: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    let mut topics = plain.clone();
+    let mut number = 1;
+    while robots.iter().any(|other| other.takes(&topics, name)) {
+        number += 1;
+        topics = format!("{plain}_{number}");
+    }
+    topics
+}
+
 struct Sink {
     out: Output,
     robots: Vec<RobotLog>,
@@ -127,15 +146,18 @@ impl Sink {
                 out.writer.attach(&Attachment { log_time: 0, create_time: 0, name, media_type, data })?;
                 out.writer.flush()?;
             }
-            Event::Robot { name, profile } => self.robots.push(RobotLog::begin(&name, *profile, out)?),
-            Event::Told { robot, time_s, told } => self.robots[robot].told(time_s, &told, out)?,
+            Event::Robot { name, profile } => {
+                let topics = topics_of(&name, &self.robots);
+                self.robots.push(RobotLog::begin(&name, &topics, *profile, out)?);
+            }
+            Event::Told { robot, time_s, told } => nth(&mut self.robots, robot)?.told(time_s, &told, out)?,
             Event::Step { robot, step } => {
-                self.latest = self.latest.max(self.robots[robot].step(*step, out)?);
+                self.latest = self.latest.max(nth(&mut self.robots, robot)?.step(*step, out)?);
             }
             Event::Judged { robot, time_s, truth, clearance_m } => {
-                self.robots[robot].judged(time_s, truth, clearance_m, out)?;
+                nth(&mut self.robots, robot)?.judged(time_s, truth, clearance_m, out)?;
             }
-            Event::Map { robot, time_s, map } => self.robots[robot].map(time_s, &map, out)?,
+            Event::Map { robot, time_s, map } => nth(&mut self.robots, robot)?.map(time_s, &map, out)?,
         }
         self.flush_if_due()
     }

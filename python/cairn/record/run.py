@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import io
+import itertools
 import json
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -132,7 +133,7 @@ class Run:
         Every few seconds and at the end; `occupancy` is as `World.occupancy`. By default the first
         robot's.
         """
-        topic = f"/{topic_name(self._known(robot or self.robots[0]))}/map"
+        topic = f"/{self._topics(robot or self.robots[0])}/map"
         for _, time_ns, data in _brain.LogReader(self.path, {topic}):
             if time_ns is not None:
                 yield (time_ns / 1e9, *occupancy_grid(data))
@@ -142,7 +143,7 @@ class Run:
 
         By default the first robot's.
         """
-        topic = f"/{topic_name(self._known(robot or self.robots[0]))}/path"
+        topic = f"/{self._topics(robot or self.robots[0])}/path"
         for _, time_ns, data in _brain.LogReader(self.path, {topic}):
             if time_ns is not None:
                 yield time_ns / 1e9, path_points(data)
@@ -161,6 +162,9 @@ class Run:
                 name=name,
             )
 
+    def _topics(self, robot: str) -> str:
+        return topic_names(self.robots)[self._known(robot)]
+
     def _known(self, robot: str) -> str:
         if robot not in self.made_of:
             raise errors.RobotUnknown(
@@ -172,7 +176,7 @@ class Run:
 
     def _raw(self, ending: str, robot: str | None) -> Iterator[tuple[int, bytes]]:
         if robot is not None:
-            ending = f"/{topic_name(self._known(robot))}{ending}"
+            ending = f"/{self._topics(robot)}{ending}"
         for _, time_ns, data in _brain.LogReader(self.path, {ending}):
             if time_ns is not None:
                 yield time_ns, data
@@ -193,9 +197,14 @@ class Run:
             ) from error
 
 
-def topic_name(robot: str) -> str:
-    """Return what a robot is called in the names of its topics."""
-    return "".join(c if c.isascii() and c.isalnum() else "_" for c in robot)
+def topic_names(robots: Iterable[str]) -> dict[str, str]:
+    """Return what each robot, in the order recorded, is called in the names of its topics."""
+    names: dict[str, str] = {}
+    for robot in robots:
+        plain = "".join(c if c.isascii() and c.isalnum() else "_" for c in robot)
+        numbered = itertools.chain([plain], (f"{plain}_{i}" for i in itertools.count(2)))
+        names[robot] = next(name for name in numbered if name not in names.values())
+    return names
 
 
 NUMBERS = {"inf": float("inf"), "-inf": float("-inf"), "nan": float("nan")}
