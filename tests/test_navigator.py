@@ -274,6 +274,54 @@ def test_a_map_without_a_known_pose_is_as_no_map():
     assert modes == ["stop", "obstacle_avoidance", "obstacle_avoidance"]
 
 
+@pytest.mark.parametrize("far", [(5.1e5, 5.4e6), (-1e300, 1e300)])
+def test_a_goal_farther_than_a_map_may_reach_is_refused_and_does_no_harm(far):
+    nav = cairn.Navigator(P3AT, start=START, config={"trap": {"patience_s": 1.0}})
+    nav.set_goal(far)
+    hemmed_in = np.full(P3AT.range_count, 0.3)
+    for _ in range(600):
+        decision = nav.step(hemmed_in, (0.0, 0.0), 0.0, 0.1)
+        if ended(decision):
+            break
+    assert decision.to_dict()["status"]["refusal"] == {"code": "goal_outside_map"}
+
+
+def test_cancelling_what_has_ended_changes_nothing():
+    nav = cairn.Navigator(P3AT, two_rooms(door=False), start=START, config={"doubts": 0})
+    nav.set_goal((7.0, 1.0))
+    status = {nav.step(SILENT, (0, 0), 0.0, 0.1, START).goal_status for _ in range(100)}
+    assert "refused" in status
+    nav.cancel()
+    assert nav.step(SILENT, (0, 0), 0.0, 0.1, START).goal_status == "refused"
+    idle = cairn.Navigator(P3AT, start=START)
+    idle.cancel()
+    assert idle.step(SILENT, (0, 0), 0.0, 0.1).goal_status == "idle"
+
+
+@pytest.mark.parametrize(
+    ("setting", "error", "key"),
+    [
+        ({"waypoints": {"spacing_m": 0.0}}, errors.TrackValueOutOfRange, "spacing_m"),
+        ({"waypoints": {"corridor_m": -1.0}}, errors.TrackValueOutOfRange, "corridor_m"),
+        ({"costmap": {"soft_margin_m": -1.0}}, errors.CostmapValueOutOfRange, "soft_margin_m"),
+    ],
+)
+def test_a_setting_no_way_can_be_planned_with_is_refused_at_once(setting, error, key):
+    for world in (None, two_rooms()):
+        with pytest.raises(error) as caught:
+            cairn.Navigator(P3AT, world, start=START, config=setting)
+        assert caught.value.key == key
+
+
+def test_a_map_on_which_the_robot_fits_nowhere_is_refused_before_the_drive_not_when_it_is_lost():
+    occupancy = np.ones((40, 40), np.uint8)
+    occupancy[18:22] = 0
+    world = cairn.World(occupancy, resolution_m=0.05)
+    for start in (None, START):
+        with pytest.raises(errors.LocaliseNoRoom):
+            cairn.Navigator(P3AT, world, start=start, config={"localise": True})
+
+
 def test_without_map_and_pose_it_stands_until_the_gyros_bias_is_learnt_and_says_so():
     nav = cairn.Navigator(P3AT)
     nav.set_goal((30.0, 20.0))

@@ -201,6 +201,8 @@ class Navigator:
         Raises:
             RangeCountWrong, RangeNegative, TimeStepInvalid, MeasurementNotFinite: the input cannot
                 be a measurement; nothing has changed then.
+            MappingTooLarge: the map would grow beyond `mapping.most_cells`. It is as before, but
+                time has passed and the robot has moved: the tick counts, and gives no command.
         """
         travel = np.asarray(wheels, float)
         if travel.shape != (2,):

@@ -570,6 +570,13 @@ class LogUnwritable(CairnError):
     reason: str
 
 
+class RecordedRobotUnknown(CairnError):
+    """A log was told of a robot that it does not record."""
+
+    number: int
+    robots: int
+
+
 class LogUnreadable(CairnError):
     """There is no log of a run, or what is there is none."""
 

@@ -254,9 +254,12 @@ impl Localiser {
     ) -> Result<Self, LocaliserError> {
         config.check()?;
         let field = Arc::new(SurfaceField::new(map));
+        let mut monte_carlo = MonteCarlo::on(&config.monte_carlo, profile, map, field.clone(), config.seed)?;
+        // Where there is no room for a search, that is said now, and not once it is needed.
+        monte_carlo.lattice()?;
         Ok(Self {
-            matcher: MapMatcher::on(matching, map, field.clone())?,
-            monte_carlo: MonteCarlo::on(&config.monte_carlo, profile, map, field, config.seed)?,
+            matcher: MapMatcher::on(matching, map, field)?,
+            monte_carlo,
             state: if knows_start { LocaliseState::Tracking } else { LocaliseState::Searching },
             fit: Fit::default(),
             candidate_fit: Fit::default(),

@@ -351,7 +351,7 @@ impl MonteCarlo {
     }
 
     /// Every pose that is looked at when the robot may be anywhere.
-    fn lattice(&mut self) -> Result<Arc<Lattice>, LocaliseError> {
+    pub(super) fn lattice(&mut self) -> Result<Arc<Lattice>, LocaliseError> {
         if let Some(lattice) = &self.lattice {
             return Ok(lattice.clone());
         }

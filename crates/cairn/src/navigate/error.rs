@@ -4,7 +4,7 @@ use thiserror::Error;
 use crate::avoid::AvoidError;
 use crate::locate::{LocaliserError, MatchingError, OdometryError};
 use crate::track::TrackError;
-use crate::world::MappingError;
+use crate::world::{MappingError, WorldError};
 
 /// What a navigator refuses, and why.
 #[derive(Clone, Debug, PartialEq, Error, Serialize)]
@@ -87,6 +87,10 @@ pub enum NavigateError {
     #[error(transparent)]
     #[serde(untagged)]
     Localiser(#[from] LocaliserError),
+    /// The cost map refused its part.
+    #[error(transparent)]
+    #[serde(untagged)]
+    Costmap(#[from] WorldError),
     /// The mapper refused its part.
     #[error(transparent)]
     #[serde(untagged)]

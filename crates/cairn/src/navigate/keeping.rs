@@ -128,7 +128,7 @@ impl Navigator {
         {
             return Ok(());
         }
-        let seen = self.map_around(points);
+        let seen = self.map_around(points)?;
         let ground = self.ground.clone().filter(|_| on_given_map);
         let kept =
             KeptCosts::new(seen, self.body, self.config.costmap, ground).map_err(|_| Refusal::NoPath)?;

@@ -142,6 +142,8 @@ impl Navigator {
         if let Some((key, value)) = config.bad_length() {
             return Err(NavigateError::NavigatorSettingInvalid { key: key.to_owned(), value });
         }
+        config.waypoints.checked()?;
+        config.costmap.validated()?;
         let path_shape = if world.is_some() { config.path_shape } else { PathShape::Octile };
         let config = NavigatorConfig { path_shape, ..config };
         let map = match world {
@@ -278,10 +280,12 @@ impl Navigator {
         self.begin(Task::Explore);
     }
 
-    /// Ends the task; the robot brakes to rest.
+    /// Ends the task, if there is one; the robot brakes to rest.
     pub fn cancel(&mut self) {
         self.drop_held();
-        self.asked = Some(Event::Cancelled);
+        if self.task.is_some() {
+            self.asked = Some(Event::Cancelled);
+        }
     }
 
     fn begin(&mut self, task: Task) {
@@ -312,7 +316,9 @@ impl Navigator {
     /// One tick: what was measured in, everything decided out.
     ///
     /// # Errors
-    /// [`NavigateError`] for input that cannot be a measurement; nothing has changed then.
+    /// [`NavigateError`] for input that cannot be a measurement; nothing has changed then. A map that would
+    /// grow beyond its most cells ([`crate::world::MappingError::MappingTooLarge`]) is left as it was, but
+    /// time has passed and the robot has moved: the tick counts, and gives no command.
     pub fn step(&mut self, input: &TickInput<'_>) -> Result<Decision, NavigateError> {
         self.step_probed(input, |_| {})
     }

@@ -25,7 +25,7 @@ pub struct WorldField {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case", tag = "code")]
 pub enum Refusal {
-    /// The goal lies beyond the map.
+    /// The goal lies beyond the map or, where none is given, beyond what one may grow to.
     GoalOutsideMap,
     /// Something stands on the goal, or so near that the robot cannot stand there.
     GoalBlocked {
@@ -269,8 +269,14 @@ impl WorldField {
     }
 }
 
-/// `occupancy` grown by unknown cells until it holds `margin_m` around every one of `points`.
-pub(super) fn padded(occupancy: &OccupancyGrid, points: &[Point2], margin_m: f64) -> OccupancyGrid {
+/// `occupancy` grown by unknown cells until it holds `margin_m` around every one of `points`; None where
+/// that takes more than `most_cells`.
+pub(super) fn padded(
+    occupancy: &OccupancyGrid,
+    points: &[Point2],
+    margin_m: f64,
+    most_cells: usize,
+) -> Option<OccupancyGrid> {
     let old = occupancy.geometry;
     let grid_from_world = old.world_from_grid.inverse();
     let (mut row_lo, mut col_lo, mut row_hi, mut col_hi) = (0i64, 0i64, old.rows as i64, old.cols as i64);
@@ -279,10 +285,14 @@ pub(super) fn padded(occupancy: &OccupancyGrid, points: &[Point2], margin_m: f64
         let cell = |metres: f64| (metres / old.resolution_m).floor() as i64;
         row_lo = row_lo.min(cell(in_grid.y - margin_m));
         col_lo = col_lo.min(cell(in_grid.x - margin_m));
-        row_hi = row_hi.max(cell(in_grid.y + margin_m) + 1);
-        col_hi = col_hi.max(cell(in_grid.x + margin_m) + 1);
+        row_hi = row_hi.max(cell(in_grid.y + margin_m).saturating_add(1));
+        col_hi = col_hi.max(cell(in_grid.x + margin_m).saturating_add(1));
     }
-    let (rows, cols) = ((row_hi - row_lo) as usize, (col_hi - col_lo) as usize);
+    let rows = usize::try_from(row_hi.checked_sub(row_lo)?).ok()?;
+    let cols = usize::try_from(col_hi.checked_sub(col_lo)?).ok()?;
+    if rows.checked_mul(cols)? > most_cells {
+        return None;
+    }
     let corner =
         old.world_from_grid * Point2::new(col_lo as f64 * old.resolution_m, row_lo as f64 * old.resolution_m);
     let geometry = GridGeometry {
@@ -297,5 +307,24 @@ pub(super) fn padded(occupancy: &OccupancyGrid, points: &[Point2], margin_m: f64
         let to = (row as i64 - row_lo) as usize * cols + (-col_lo) as usize;
         grown.values[to..to + old.cols].copy_from_slice(&occupancy.values[from..from + old.cols]);
     }
-    grown
+    Some(grown)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_is_padded_up_to_its_most_cells_and_a_point_beyond_is_refused_not_allocated() {
+        let geometry =
+            GridGeometry { rows: 4, cols: 4, resolution_m: 0.05, world_from_grid: Pose2::IDENTITY };
+        let map = Grid::filled(geometry, Occupancy::Free);
+        let to = |x, y| padded(&map, &[Point2::default(), Point2::new(x, y)], 1.0, 64_000_000);
+        let grown = to(10.0, -3.0).unwrap();
+        assert!(grown.geometry.cell_at(Point2::new(10.9, -3.9)).is_some());
+        assert_eq!(grown.values.iter().filter(|&&seen| seen == Occupancy::Free).count(), 16);
+        for far in [5e5, 1e12, 1e300, f64::MAX] {
+            assert!(to(far, far).is_none() && to(-far, 0.5 * far).is_none(), "{far}");
+        }
+    }
 }

@@ -201,12 +201,13 @@ impl Navigator {
     }
 
     /// The map as it is now; with none given, it reaches at least a margin around `points`.
-    pub(super) fn map_around(&self, points: &[Point2]) -> OccupancyGrid {
+    pub(super) fn map_around(&self, points: &[Point2]) -> Result<OccupancyGrid, Refusal> {
         let occupancy = self.map.occupancy();
         if self.map_given && self.pose_known {
-            return occupancy;
+            return Ok(occupancy);
         }
-        padded(&occupancy, points, self.config.open_margin_m)
+        padded(&occupancy, points, self.config.open_margin_m, self.config.mapping.most_cells)
+            .ok_or(Refusal::GoalOutsideMap)
     }
 
     /// Walks the field from `pose` and hands the waypoints to the tracker.

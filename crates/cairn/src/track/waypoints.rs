@@ -35,6 +35,18 @@ impl Default for WaypointConfig {
     }
 }
 
+impl WaypointConfig {
+    /// Checks both numbers.
+    ///
+    /// # Errors
+    /// [`TrackError::TrackValueOutOfRange`] for a spacing that is not above 0, a corridor below 0.
+    pub fn checked(&self) -> Result<(), TrackError> {
+        let &Self { spacing_m, corridor_m } = self;
+        check(spacing_m.is_finite() && spacing_m > SAME_POINT_M, "spacing_m", spacing_m, "above 0")?;
+        check(corridor_m.is_finite() && corridor_m >= 0.0, "corridor_m", corridor_m, "of at least 0")
+    }
+}
+
 impl Waypoints {
     /// `path` resampled at equal steps of at most `spacing_m` along it, stairs and all; where it
     /// bends sharply, the bend itself is a waypoint.
@@ -64,9 +76,8 @@ impl Waypoints {
         config: &WaypointConfig,
         is_clear: impl Fn(Point2, Point2) -> bool,
     ) -> Result<Self, TrackError> {
+        config.checked()?;
         let &WaypointConfig { spacing_m, corridor_m } = config;
-        check(spacing_m.is_finite() && spacing_m > SAME_POINT_M, "spacing_m", spacing_m, "above 0")?;
-        check(corridor_m.is_finite() && corridor_m >= 0.0, "corridor_m", corridor_m, "of at least 0")?;
         let given = Self::as_given(path)?;
         let goal = given.points[given.last_index()];
         let vertices = straightened(&given.points, corridor_m, &is_clear);
