@@ -50,6 +50,36 @@ def through_shut_door(**when):
     return drive
 
 
+def bearings_past_a_box(head_by):
+    """By how much the heading asked for differs from that of the next free waypoint [rad]."""
+    world = cairn.World(hall(), resolution_m=0.05)
+    box = Box(4.0, 2.0, 0.5, 0.5, appears_within_m=1.9)
+    drive = Drive(
+        world, Scene.from_world(world, [box]), start=(1.0, 2.0, 0.0), config={"head_by": head_by}
+    )
+    drive.nav.set_goal((7.0, 2.0))
+    off = []
+    while not (drive.decisions and ended(drive.decisions[-1])):
+        record = drive.tick().to_dict()
+        if record["avoidance"] and record["intermediate"] is not None:
+            x, y = drive.nav.waypoints[record["intermediate"]]
+            pose = drive.decisions[-1].pose
+            to_waypoint = math.atan2(y - pose.y, x - pose.x) - pose.heading
+            off.append(
+                abs(math.remainder(record["avoidance"]["goal_bearing_rad"] - to_waypoint, math.tau))
+            )
+    assert drive.decisions[-1].goal_status == "reached"
+    assert drive.robot.contacts == []
+    return off
+
+
+def test_going_round_by_sonar_the_heading_is_the_waypoint_s_or_read_down_the_field():
+    by_waypoint, by_field = bearings_past_a_box("waypoint"), bearings_past_a_box("field")
+    assert len(by_waypoint) > 5
+    assert max(by_waypoint) < 1e-6
+    assert max(by_field) > 0.05
+
+
 def test_a_shut_door_is_gone_round_on_the_repaired_field_with_no_second_plan():
     drive = through_shut_door()
     assert drive.until(ended).goal_status == "reached"
