@@ -129,7 +129,9 @@ pub(super) fn solve_to(
 ) -> Result<WorldField, Refusal> {
     let geometry = costs.geometry();
     let grid = planner.copied_f32(geometry, &costs.costs().values);
-    let field = planner.plan_costs_f32(grid, cells, &PlanOptions::default()).map_err(|_| Refusal::NoPath)?;
+    // On one thread the work of a solution, to which that of repairs is compared, is the same every time.
+    let options = PlanOptions { threads: Some(1), ..PlanOptions::default() };
+    let field = planner.plan_costs_f32(grid, cells, &options).map_err(|_| Refusal::NoPath)?;
     Ok(WorldField { field: Arc::new(field), occupied: Arc::new(costs.occupied()), goals })
 }
 
