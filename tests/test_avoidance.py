@@ -174,3 +174,28 @@ def test_a_moving_thing_that_is_nan_is_refused():
         lidar_cvm().choose_guided(
             (0.5, 0.0), guide, GAP_LEFT, 4.0, moving=[Moving((math.nan, 0.0), 0.3, (0.0, 0.0))]
         )
+
+
+class Ahead:
+    """A guide to whom everything is open, and the goal far ahead."""
+
+    def to_go(self, point):
+        return (50.0 - point[0]) / 2.0, 0.0
+
+    def price(self, point):
+        return 0.5
+
+
+def test_beside_what_moves_nothing_is_driven_that_was_not_judged_beside_it():
+    judged = 0
+    for speed in np.arange(0.0, 2.01, 0.2):
+        for gap in np.arange(0.4, 0.6, 0.05):
+            wall = np.column_stack([np.full(200, 0.229 + gap), np.linspace(-3.0, 3.0, 200)])
+            moving = [Moving((-2.5, 1.0), 0.4, (0.3, 0.0))]
+            choice = lidar_cvm().choose_guided(
+                (speed, 1.0), Ahead(), wall, 10.0, 0.05, pending=(speed, 1.0), moving=moving
+            )
+            kind = choice.why["kind"]
+            assert kind in {"giving_way", "leaving_obstacle", "braking"}, (speed, gap)
+            judged += kind == "giving_way"
+    assert judged > 4

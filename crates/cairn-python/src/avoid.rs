@@ -139,6 +139,7 @@ impl FieldGuide {
         resolution_m: f64,
     ) -> PyResult<Self> {
         let config: LocalFieldConfig = settings(Some(config), "lidar.field")?;
+        config.checked(resolution_m).map_err(|e| to_python(&e))?;
         let (points, world_from_robot) = (points_of(&points), pose_of(robot));
         let (footprint, goal) = (profile.inner.footprint, Point2::new(goal.0, goal.1));
         let mut field = LocalField::new(&config);

@@ -435,6 +435,15 @@ class NavigatorSettingInvalid(CairnError):
     value: float
 
 
+class NavigatorValueOutOfRange(CairnError):
+    """A setting of the navigator is outside its range."""
+
+    key: str
+    value: float
+    least: float
+    most: float
+
+
 class RangeCountWrong(CairnError):
     """The array of ranges has another length than the profile has sensors."""
 

@@ -5,6 +5,7 @@ use super::guided::GuidedConfig;
 use super::moving::MovingConfig;
 use super::record::Weights;
 use crate::geometry::{Point2, Twist2};
+use crate::robot::outside;
 
 /// What outline is swept along the arcs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -167,7 +168,7 @@ impl CvmConfig {
     /// The first setting that is outside its range, or weights that do not sum to one.
     pub fn validated(self) -> Result<Self, AvoidError> {
         const TINY: f64 = 1e-3;
-        for (key, value, least, most) in [
+        let mut bounds = vec![
             ("speed_weight", self.speed_weight, 0.0, 1.0),
             ("distance_weight", self.distance_weight, 0.0, 1.0),
             ("heading_weight", self.heading_weight, 0.0, 1.0),
@@ -188,11 +189,12 @@ impl CvmConfig {
             ("least_clearance_m", self.least_clearance_m, 0.0, 10.0),
             ("near_speed_mps", self.near_speed_mps, TINY, 10.0),
             ("clearance_time_s", self.clearance_time_s, TINY, 1000.0),
-        ] {
-            if !(value.is_finite() && least <= value && value <= most) {
-                let key = key.to_owned();
-                return Err(AvoidError::AvoidanceValueOutOfRange { key, value, least, most });
-            }
+        ];
+        bounds.extend(self.guided.bounds());
+        bounds.extend(self.moving.bounds());
+        if let Some((key, value, least, most)) = outside(bounds) {
+            let key = key.to_owned();
+            return Err(AvoidError::AvoidanceValueOutOfRange { key, value, least, most });
         }
         if (self.speed_weight + self.distance_weight + self.heading_weight - 1.0).abs() > 1e-9 {
             return Err(AvoidError::AvoidanceWeightsNotOne {

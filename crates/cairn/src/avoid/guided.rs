@@ -9,6 +9,7 @@ use super::objective::Window;
 use super::record::{AvoidanceRecord, BrakeReason, Candidate, Guidance, Refusal, Side, Why};
 use super::turning::free_turn_rad;
 use crate::geometry::{Point2, Pose2, Twist2, wrap_angle};
+use crate::robot::Bound;
 
 /// What a cost-to-go field says about the places around the robot.
 pub trait Guide {
@@ -65,6 +66,26 @@ impl Default for GuidedConfig {
             keep_m: 0.05,
             tight_m: 0.01,
         }
+    }
+}
+
+impl GuidedConfig {
+    /// Every setting with its least and greatest usable value.
+    pub(super) fn bounds(&self) -> [Bound; 12] {
+        [
+            ("guided.window_s", self.window_s, 1e-3, 100.0),
+            ("guided.least_m", self.least_m, 0.0, 100.0),
+            ("guided.least_s", self.least_s, 0.0, 100.0),
+            ("guided.lateral_mps2", self.lateral_mps2, 1e-3, 1e3),
+            ("guided.arc_rate_radps", self.arc_rate_radps, 1e-3, 100.0),
+            ("guided.bend_s_per_rad", self.bend_s_per_rad, 0.0, 1e3),
+            ("guided.turn_s", self.turn_s, 0.0, 1e3),
+            ("guided.turn_s_per_rad", self.turn_s_per_rad, 0.0, 1e3),
+            ("guided.steady_s_per_radps", self.steady_s_per_radps, 0.0, 1e3),
+            ("guided.braking_share", self.braking_share, 1e-3, 1.0),
+            ("guided.keep_m", self.keep_m, 0.0, 10.0),
+            ("guided.tight_m", self.tight_m, 0.0, 10.0),
+        ]
     }
 }
 
@@ -152,9 +173,11 @@ impl Cvm {
         if let Some(guidance) = &mut record.guided {
             guidance.tight = tight;
         }
-        if !moving.is_empty()
-            && self.give_way(&mut record, &seen, guide, now_from_then, moving, goal_distance_m)
-        {
+        if !moving.is_empty() {
+            // The ways below know nothing of what moves.
+            if !self.give_way(&mut record, &seen, guide, now_from_then, moving, goal_distance_m) {
+                self.come_to_rest(&mut record, &seen);
+            }
             return record;
         }
         let (intervals, pieces) = fan.free_arcs_and_pieces(&nearest_then);
@@ -213,11 +236,16 @@ impl Cvm {
         if self.back_out(&mut record, &seen) {
             return record;
         }
-        let clear = self.brake_clear(&mut record, &seen);
+        self.come_to_rest(&mut record, &seen);
+        record
+    }
+
+    /// Nothing may be driven: brakes.
+    fn come_to_rest(&self, record: &mut AvoidanceRecord, seen: &Seen) {
+        let clear = self.brake_clear(record, seen);
         let rolls = record.twist.linear_mps.abs() > AT_REST_MPS;
         let reason = if !clear && rolls { BrakeReason::TooFast } else { BrakeReason::NothingFree };
         record.why = Why::Braking { reason };
-        record
     }
 
     /// Pose and twist of the robot when a command given now takes effect.
@@ -226,11 +254,7 @@ impl Cvm {
         let steps = (self.config.latency_s / 0.02).ceil().max(1.0);
         let step_s = self.config.latency_s / steps;
         for _ in 0..steps as usize {
-            let next = self.limits.reachable(twist, pending, step_s);
-            let mean = Twist2::new(
-                (twist.linear_mps + next.linear_mps) / 2.0,
-                (twist.angular_radps + next.angular_radps) / 2.0,
-            );
+            let (next, mean) = self.limits.ramped(twist, pending, step_s);
             pose = pose.moved(mean, step_s);
             twist = next;
         }
@@ -249,8 +273,6 @@ impl Cvm {
             let bend_mps =
                 (config.arc_rate_radps / curvature.abs()).min((config.lateral_mps2 / curvature.abs()).sqrt());
             hi = hi.min(bend_mps.max(lo));
-        } else if wide.angular_lo_radps > 0.0 || wide.angular_hi_radps < 0.0 {
-            return None;
         }
         if lo > hi {
             return None;

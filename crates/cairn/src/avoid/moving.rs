@@ -6,6 +6,7 @@ use super::cvm::{Cvm, Seen};
 use super::guided::Guide;
 use super::record::{AvoidanceRecord, Candidate, Why};
 use crate::geometry::{Point2, Pose2, Twist2, wrap_angle};
+use crate::robot::Bound;
 
 /// A disc that moves straight on.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -55,10 +56,28 @@ impl Default for MovingConfig {
     }
 }
 
+impl MovingConfig {
+    /// Every setting with its least and greatest usable value.
+    pub(super) fn bounds(&self) -> Vec<Bound> {
+        let mut bounds = vec![
+            ("moving.foresight_s", self.foresight_s, STEP_S, 60.0),
+            ("moving.widening_mps", self.widening_mps, 0.0, 100.0),
+            ("moving.berth_m", self.berth_m, 1e-3, 100.0),
+            ("moving.nearness", self.nearness, 0.0, 1e6),
+            ("moving.touch_s", self.touch_s, 0.0, 1e6),
+            ("length of moving.speeds_mps", self.speeds_mps.len() as f64, 1.0, 64.0),
+            ("length of moving.rates_radps", self.rates_radps.len() as f64, 1.0, 64.0),
+            ("length of moving.bends_s", self.bends_s.len() as f64, 1.0, 64.0),
+        ];
+        bounds.extend(self.speeds_mps.iter().map(|&speed| ("moving.speeds_mps", speed, -100.0, 100.0)));
+        bounds.extend(self.rates_radps.iter().map(|&rate| ("moving.rates_radps", rate, -100.0, 100.0)));
+        bounds.extend(self.bends_s.iter().map(|&bend_s| ("moving.bends_s", bend_s, 0.0, 100.0)));
+        bounds
+    }
+}
+
 /// Time step of following a manoeuvre \[s\].
 const STEP_S: f64 = 0.1;
-/// Manoeuvres whose braking motion is looked at before giving up.
-const TRIES: usize = 12;
 
 /// A turn at a speed for a while, then straight on.
 #[derive(Clone, Copy)]
@@ -114,7 +133,7 @@ impl Cvm {
             }
         }
         judged.sort_by(|a, b| a.1.cost_s.total_cmp(&b.1.cost_s));
-        for (manoeuvre, followed) in judged.iter().take(TRIES) {
+        for (manoeuvre, followed) in &judged {
             let twist = limits.reachable(seen.start, manoeuvre.target, seen.dt_s);
             if self.can_stop(twist, seen) {
                 record.candidates.push(Candidate {
@@ -157,11 +176,7 @@ impl Cvm {
             let along_s = step as f64 * STEP_S;
             let straight = Twist2::new(manoeuvre.target.linear_mps, 0.0);
             let target = if along_s <= manoeuvre.bend_s { manoeuvre.target } else { straight };
-            let next = self.limits.reachable(twist, target, STEP_S);
-            let mean = Twist2::new(
-                (twist.linear_mps + next.linear_mps) / 2.0,
-                (twist.angular_radps + next.angular_radps) / 2.0,
-            );
+            let (next, mean) = self.limits.ramped(twist, target, STEP_S);
             pose = pose.moved(mean, STEP_S);
             twist = next;
             let early = 1.0 - 0.8 * along_s / config.foresight_s;

@@ -48,11 +48,8 @@ impl BrakingMotion<'_> {
                 let speed = twist.linear_mps.abs().max(wanted.linear_mps.abs())
                     + body_m * twist.angular_radps.abs().max(wanted.angular_radps.abs());
                 let dt = left_s.min(0.05).min(STRIDE_M / speed.max(1e-9));
-                let next = if keep { *twist } else { self.limits.reachable(*twist, wanted, dt) };
-                let mean = Twist2::new(
-                    (twist.linear_mps + next.linear_mps) / 2.0,
-                    (twist.angular_radps + next.angular_radps) / 2.0,
-                );
+                let (next, mean) =
+                    if keep { (*twist, *twist) } else { self.limits.ramped(*twist, wanted, dt) };
                 *pose = pose.moved(mean, dt);
                 travelled_m += mean.linear_mps.abs() * dt;
                 *twist = next;

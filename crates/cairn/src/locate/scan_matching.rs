@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Point2, Pose2, wrap_angle};
+use crate::robot::Bound;
 use crate::world::LocalMap;
 
 /// How far a scan may correct the pose that wheels and gyroscope predict.
@@ -42,6 +43,23 @@ impl Default for ScanMatchConfig {
             prior_per_rad: 0.25,
             least_returns: 12,
         }
+    }
+}
+
+impl ScanMatchConfig {
+    /// Every setting with its least and greatest usable value.
+    pub(crate) fn bounds(&self) -> [Bound; 9] {
+        [
+            ("returns", self.returns as f64, 1.0, 1e6),
+            ("steps", f64::from(self.steps), 1.0, 1e3),
+            ("robust_m", self.robust_m, 1e-6, 10.0),
+            ("sigma_m", self.sigma_m, 1e-6, 10.0),
+            ("prior_m", self.prior_m, 1e-6, 10.0),
+            ("prior_per_m", self.prior_per_m, 0.0, 100.0),
+            ("prior_rad", self.prior_rad, 1e-6, 10.0),
+            ("prior_per_rad", self.prior_per_rad, 0.0, 100.0),
+            ("least_returns", self.least_returns as f64, 1.0, 1e6),
+        ]
     }
 }
 

@@ -19,7 +19,8 @@ impl Navigator {
     pub(super) fn avoid(&mut self, pose: Pose2, measured: Twist2, dt_s: f64) -> AvoidanceRecord {
         let position = pose.position();
         if let (true, Some(Task::Goal { point }), Some(lidar)) = (self.guided(), self.task, &mut self.lidar) {
-            let record = lidar.drive(point, measured, self.commanded, dt_s);
+            let slip = self.profile.drive.effective_track_m / self.odometry.effective_track_m().0;
+            let record = lidar.drive(point, measured, self.commanded, slip, dt_s);
             self.path.clear();
             self.path.push(position);
             self.path.extend(lidar.field().lookouts());

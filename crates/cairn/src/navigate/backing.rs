@@ -74,7 +74,9 @@ impl Navigator {
         let moved = Moved { wheels, gyro_radps: turn_radps, world_from_robot: pose, dt_s };
         let cause = self.stall.step(told, &moved, ranges_m, expected)?;
         self.stall.restart();
-        if let (Cause::WheelsSpin { spun_m }, false) = (cause, self.pose_given) {
+        // What is measured outside, or scans laid on one another, took back already.
+        let by_wheels = !self.pose_given && self.lidar.is_none();
+        if let (Cause::WheelsSpin { spun_m }, true) = (cause, by_wheels) {
             let pose = self.odometry.pose();
             self.odometry.nudge_to(pose.moved(Twist2::new(-spun_m, 0.0), 1.0));
         }

@@ -67,6 +67,18 @@ pub enum NavigateError {
         /// What was given.
         value: f64,
     },
+    /// A setting is outside its range.
+    #[error("navigator setting {key} is {value}: it must be a finite number from {least} to {most}")]
+    NavigatorValueOutOfRange {
+        /// Dotted key.
+        key: String,
+        /// What was given.
+        value: f64,
+        /// Least usable value.
+        least: f64,
+        /// Greatest usable value.
+        most: f64,
+    },
     /// The tracker refused its part.
     #[error(transparent)]
     #[serde(untagged)]

@@ -2,11 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::error::NavigateError;
 use super::local_field::{LocalField, LocalFieldConfig};
-use crate::avoid::{AvoidError, AvoidanceRecord, Cvm, CvmConfig, Guide, Moving};
+use crate::avoid::{AvoidanceRecord, Cvm, CvmConfig, Guide, Moving};
 use crate::geometry::{Point2, Pose2, Twist2, wrap_angle};
 use crate::locate::{ScanMatch, ScanMatchConfig, match_scan};
-use crate::robot::{Footprint, RobotProfile};
+use crate::robot::{Footprint, Limits, RobotProfile, outside};
 use crate::world::{Beams, LocalMap, LocalMapConfig, MotionConfig, MotionWatch};
 
 /// How a robot with a lidar drives where no map is given.
@@ -56,6 +57,32 @@ impl Default for LidarConfig {
     }
 }
 
+impl LidarConfig {
+    /// Checks every number but those of the avoidance, which its method checks.
+    fn checked(&self) -> Result<(), NavigateError> {
+        let own = [("patience_s", self.patience_s, 1e-3, 1e9), ("map_every_s", self.map_every_s, 0.0, 1e9)];
+        let parts = [
+            ("", outside(own)),
+            ("map.", outside(self.map.bounds())),
+            ("matching.", outside(self.matching.bounds())),
+            ("motion.", outside(self.motion.bounds())),
+        ];
+        match parts.into_iter().find_map(|(part, bad)| bad.map(|bad| (part, bad))) {
+            Some((part, (key, value, least, most))) => {
+                let key = format!("lidar.{part}{key}");
+                Err(NavigateError::NavigatorValueOutOfRange { key, value, least, most })
+            }
+            None => self.field.checked(self.map.resolution_m),
+        }
+    }
+}
+
+/// Whether beams look at all that a robot backs into straight from where it stands, a metre behind it.
+fn sees_behind(beams: &Beams, footprint: &Footprint) -> bool {
+    let x = -footprint.length_m / 2.0 - 1.0;
+    [-0.5, 0.0, 0.5].iter().all(|share| beams.looks_at(Point2::new(x, share * footprint.width_m)))
+}
+
 /// What one scan told.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct LidarRecord {
@@ -65,7 +92,7 @@ pub struct LidarRecord {
     pub points: usize,
     /// Things seen to move.
     pub moving: usize,
-    /// True turn over the turn that the wheels tell, as estimated.
+    /// True turn over the turn that wheels, and a gyroscope where there is one, tell, as estimated.
     pub turn_gain: f64,
     /// What was remembered but not seen was forgotten: nothing else was left to try.
     pub doubted: bool,
@@ -92,6 +119,7 @@ const LEARNT_S: f64 = 2.0;
 pub struct LidarSense {
     config: LidarConfig,
     footprint: Footprint,
+    limits: Limits,
     cvm: Cvm,
     beams: Beams,
     map: LocalMap,
@@ -109,18 +137,27 @@ impl LidarSense {
     /// At `world_from_robot`, with nothing seen. None for a robot without a lidar.
     ///
     /// # Errors
-    /// A setting of the curvature velocity method that is not usable.
+    /// [`NavigateError::NavigatorValueOutOfRange`], or a setting of the curvature velocity method that is
+    /// not usable.
     pub fn new(
         config: &LidarConfig,
         profile: &RobotProfile,
         world_from_robot: Pose2,
-    ) -> Result<Option<Self>, AvoidError> {
+    ) -> Result<Option<Self>, NavigateError> {
         let Some(lidar) = &profile.lidar else { return Ok(None) };
-        let avoidance = CvmConfig { latency_s: profile.drive.latency_s, ..config.avoidance.clone() };
+        config.checked()?;
+        let beams = Beams::new(lidar);
+        let mut avoidance = CvmConfig { latency_s: profile.drive.latency_s, ..config.avoidance.clone() };
+        if !sees_behind(&beams, &profile.footprint) {
+            for speed_mps in &mut avoidance.moving.speeds_mps {
+                *speed_mps = speed_mps.max(-avoidance.backing_speed_mps);
+            }
+        }
         Ok(Some(Self {
             cvm: Cvm::new(&avoidance, &profile.limits, &profile.footprint)?,
             footprint: profile.footprint,
-            beams: Beams::new(lidar),
+            limits: profile.limits,
+            beams,
             map: LocalMap::new(&config.map),
             field: LocalField::new(&config.field),
             config: config.clone(),
@@ -187,7 +224,7 @@ impl LidarSense {
         pose
     }
 
-    /// True turn over the turn that the wheels tell, as estimated.
+    /// True turn over the turn that wheels, and a gyroscope where there is one, tell, as estimated.
     pub fn turn_gain(&self) -> f64 {
         (self.gain.0 / self.gain.1).clamp(GAIN_RANGE.0, GAIN_RANGE.1)
     }
@@ -209,12 +246,23 @@ impl LidarSense {
 
     /// Solves the field to `goal` and chooses the next motion.
     ///
-    /// `measured` is the twist that the wheels tell, `commanded` the last command; the choice is
-    /// made among true motions, and the command that makes the chosen one comes back in the record.
-    pub fn drive(&mut self, goal: Point2, measured: Twist2, commanded: Twist2, dt_s: f64) -> AvoidanceRecord {
+    /// `measured` is the twist that the odometry tells, `commanded` the last command, and `slip` the turn
+    /// that the odometry tells over the one that the wheels were commanded (1 where nothing but they
+    /// tells of it). The choice is made among true motions, and the command that makes the chosen one
+    /// comes back in the record, slowed along its curvature where it would be beyond the limits.
+    pub fn drive(
+        &mut self,
+        goal: Point2,
+        measured: Twist2,
+        commanded: Twist2,
+        slip: f64,
+        dt_s: f64,
+    ) -> AvoidanceRecord {
         let pose = self.pose;
-        let gain = self.turn_gain();
-        let real = |told: Twist2| Twist2::new(told.linear_mps, told.angular_radps * gain);
+        let told = self.turn_gain();
+        let made = (told * slip).clamp(GAIN_RANGE.0, GAIN_RANGE.1);
+        let turned_by = |gain: f64, twist: Twist2| Twist2::new(twist.linear_mps, twist.angular_radps * gain);
+        let (measured, pending) = (turned_by(told, measured), turned_by(made, commanded));
         let points: Vec<Point2> = self.map.points().collect();
         let resolution_m = self.map.config().resolution_m;
         let solved = self.field.solve(&points, resolution_m, &self.footprint, pose.position(), goal);
@@ -243,19 +291,11 @@ impl LidarSense {
                 let (to_go_s, _) = guide.to_go(Point2::default());
                 self.record.without_progress_s = progress(&mut self.least_to_go_s, to_go_s)
                     .map_or(self.record.without_progress_s + dt_s, |()| 0.0);
-                self.cvm.choose_guided(
-                    real(measured),
-                    real(commanded),
-                    &guide,
-                    &points,
-                    &moving,
-                    goal_m,
-                    dt_s,
-                )
+                self.cvm.choose_guided(measured, pending, &guide, &points, &moving, goal_m, dt_s)
             }
             None => {
-                let (bearing_rad, pending) = (pose.bearing_to(goal), Some(real(commanded)));
-                self.cvm.choose_after(real(measured), pending, bearing_rad, goal_m, &points, dt_s)
+                let bearing_rad = pose.bearing_to(goal);
+                self.cvm.choose_after(measured, Some(pending), bearing_rad, goal_m, &points, dt_s)
             }
         };
         let still = record.twist.linear_mps.abs() < 0.02 && record.twist.angular_radps.abs() < 0.02;
@@ -265,9 +305,17 @@ impl LidarSense {
             self.map.forget(|point| (point - pose.position()).norm() < reach_m);
             self.record.doubted = true;
         }
-        record.twist.angular_radps /= gain;
+        record.twist = commandable(record.twist, made, &self.limits);
         record
     }
+}
+
+/// The command that makes the true motion `real` of a robot that turns `gain` times what it is told:
+/// where the limits do not allow it, the same curvature, slower.
+fn commandable(real: Twist2, gain: f64, limits: &Limits) -> Twist2 {
+    let angular_radps = real.angular_radps / gain;
+    let share = (limits.angular_radps / angular_radps.abs()).min(1.0);
+    Twist2::new(real.linear_mps * share, angular_radps * share)
 }
 
 /// Whether the time to go fell, or rose so much that something new was learnt.
@@ -275,4 +323,41 @@ fn progress(least_s: &mut f64, to_go_s: f64) -> Option<()> {
     let learnt = to_go_s.is_finite() && to_go_s > *least_s + LEARNT_S;
     let fell = to_go_s < *least_s - FELL_S;
     (learnt || fell).then(|| *least_s = to_go_s)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{PI, TAU};
+
+    use super::*;
+    use crate::robot::Lidar;
+
+    const BOX: Footprint = Footprint { length_m: 0.46, width_m: 0.42 };
+
+    fn beams(span_rad: f64) -> Beams {
+        let (beams, first_rad) = (361, -span_rad / 2.0);
+        let step_rad = span_rad / (beams - 1) as f64;
+        let pose = Pose2::new(0.05, 0.0, 0.0);
+        Beams::new(&Lidar { pose, beams, first_rad, step_rad, min_range_m: 0.1, max_range_m: 30.0 })
+    }
+
+    #[test]
+    fn a_lidar_sees_behind_only_if_beams_look_at_all_the_robot_backs_into() {
+        assert!(sees_behind(&beams(TAU), &BOX));
+        assert!(!sees_behind(&beams(1.5 * PI), &BOX));
+        assert!(!sees_behind(&beams(1.95 * PI), &BOX));
+    }
+
+    #[test]
+    fn a_command_of_a_robot_that_turns_less_than_told_keeps_the_limits_and_the_curvature() {
+        let limits = Limits { linear_mps: 2.0, angular_radps: 4.0, linear_mps2: 5.0, angular_radps2: 20.0 };
+        for real in [Twist2::new(1.0, 3.5), Twist2::new(-0.3, -4.0), Twist2::new(0.0, 4.0)] {
+            let told = commandable(real, 0.7, &limits);
+            assert!(told.angular_radps.abs() <= limits.angular_radps && told.linear_mps.abs() <= 2.0);
+            let same = 0.7 * told.angular_radps * real.linear_mps - real.angular_radps * told.linear_mps;
+            assert!(same.abs() < 1e-12, "{told:?}");
+        }
+        let straight = Twist2::new(2.0, 0.0);
+        assert_eq!(commandable(straight, 0.7, &limits), straight);
+    }
 }

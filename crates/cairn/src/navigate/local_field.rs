@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::error::NavigateError;
 use crate::avoid::Guide;
 use crate::geometry::{Point2, Pose2};
 use crate::plan::{Field, GridPlanner, PlanOptions, Values};
-use crate::robot::Footprint;
+use crate::robot::{Bound, Footprint, outside};
 use crate::world::{Cell, GridGeometry};
 
 /// What a metre costs near the points of a local map, and how far the field reaches.
@@ -39,6 +40,35 @@ impl Default for LocalFieldConfig {
             reach_m: 11.0,
             desperate_s_per_m: 30.0,
         }
+    }
+}
+
+impl LocalFieldConfig {
+    /// Checks every number, for a field over points in cells of `cell_m`.
+    ///
+    /// # Errors
+    /// [`NavigateError::NavigatorValueOutOfRange`] names the first that is not usable.
+    pub fn checked(&self, cell_m: f64) -> Result<(), NavigateError> {
+        match outside(self.bounds(cell_m)) {
+            Some((key, value, least, most)) => {
+                let key = format!("lidar.field.{key}");
+                Err(NavigateError::NavigatorValueOutOfRange { key, value, least, most })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Every setting with its least and greatest usable value, over points in cells of `cell_m`.
+    fn bounds(&self, cell_m: f64) -> [Bound; 7] {
+        [
+            ("clearance_m", self.clearance_m, 0.0, 100.0 * cell_m),
+            ("comfort_m", self.comfort_m, 1e-3, 200.0 * cell_m),
+            ("near_mps", self.near_mps, 1e-3, 100.0),
+            ("open_mps", self.open_mps, self.near_mps, 100.0),
+            ("margin_m", self.margin_m, cell_m, 1000.0 * cell_m),
+            ("reach_m", self.reach_m, cell_m, 4000.0 * cell_m),
+            ("desperate_s_per_m", self.desperate_s_per_m, 1e-3, 1e6),
+        ]
     }
 }
 

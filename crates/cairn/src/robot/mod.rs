@@ -2,4 +2,5 @@
 
 mod profile;
 
+pub(crate) use profile::{Bound, outside};
 pub use profile::{Drive, Footprint, Lidar, Limits, ProfileError, RobotProfile, Sonar};

@@ -89,6 +89,16 @@ pub struct Lidar {
     pub max_range_m: f64,
 }
 
+/// A setting's key, its value, and the least and the greatest that are usable.
+pub(crate) type Bound = (&'static str, f64, f64, f64);
+
+/// The first setting that is not a finite number in its range.
+pub(crate) fn outside(bounds: impl IntoIterator<Item = Bound>) -> Option<Bound> {
+    bounds
+        .into_iter()
+        .find(|&(_, value, least, most)| !(value.is_finite() && least <= value && value <= most))
+}
+
 /// Why a profile was refused.
 #[derive(Clone, Debug, PartialEq, Error, Serialize)]
 pub enum ProfileError {
@@ -193,6 +203,16 @@ impl Limits {
             linear.clamp(current.linear_mps - dv, current.linear_mps + dv),
             angular.clamp(current.angular_radps - dw, current.angular_radps + dw),
         )
+    }
+
+    /// The twist after `dt_s` towards `wanted`, and the mean one on the way there.
+    pub(crate) fn ramped(&self, current: Twist2, wanted: Twist2, dt_s: f64) -> (Twist2, Twist2) {
+        let next = self.reachable(current, wanted, dt_s);
+        let mean = Twist2::new(
+            (current.linear_mps + next.linear_mps) / 2.0,
+            (current.angular_radps + next.angular_radps) / 2.0,
+        );
+        (next, mean)
     }
 
     /// Distance needed to stop from `speed_mps` \[m\], without latency.

@@ -1,9 +1,11 @@
 //! What a lidar has seen around the robot and not seen through again: points, no walls, no prior.
 
+use std::f64::consts::TAU;
+
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Point2, Pose2};
-use crate::robot::Lidar;
+use crate::robot::{Bound, Lidar};
 
 /// How long a point stays on a [`LocalMap`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,6 +26,20 @@ pub struct LocalMapConfig {
 impl Default for LocalMapConfig {
     fn default() -> Self {
         Self { resolution_m: 0.05, reach_m: 12.0, through_m: 0.12, clear_range_m: 10.0, persistence: 6 }
+    }
+}
+
+impl LocalMapConfig {
+    /// Every setting with its least and greatest usable value.
+    pub(crate) fn bounds(&self) -> [Bound; 5] {
+        let cell_m = self.resolution_m;
+        [
+            ("resolution_m", cell_m, 0.005, 1.0),
+            ("reach_m", self.reach_m, 8.0 * cell_m, 2000.0 * cell_m),
+            ("through_m", self.through_m, 0.0, 100.0),
+            ("clear_range_m", self.clear_range_m, 0.0, 1e4),
+            ("persistence", f64::from(self.persistence), 1.0, 255.0),
+        ]
     }
 }
 
@@ -69,7 +85,7 @@ impl Beams {
     /// Where each beam ended, robot frame \[m\]; None without a return.
     pub fn ends(&self, ranges_m: &[f64]) -> Vec<Option<Point2>> {
         let from = self.lidar.pose.position();
-        let within = self.lidar.min_range_m..=self.lidar.max_range_m;
+        let within = self.lidar.min_range_m..self.lidar.max_range_m;
         self.directions
             .iter()
             .zip(ranges_m)
@@ -77,11 +93,19 @@ impl Beams {
             .collect()
     }
 
+    /// Some beam looks at `point_in_robot`.
+    pub fn looks_at(&self, point_in_robot: Point2) -> bool {
+        self.beam_to(point_in_robot).0.is_some()
+    }
+
     /// The beam that looks at `point_in_robot`, if one does, and the point's range \[m\].
     fn beam_to(&self, point_in_robot: Point2) -> (Option<usize>, f64) {
         let seen = self.lidar.pose.inverse() * point_in_robot;
-        let beam = ((seen.y.atan2(seen.x) - self.lidar.first_rad) / self.lidar.step_rad).round();
-        let inside = beam >= 0.0 && beam < self.lidar.beams as f64;
+        let Lidar { first_rad, step_rad, beams, .. } = self.lidar;
+        // Once around from half a step before the first beam, in the direction in which they follow.
+        let around_rad = step_rad.signum() * (seen.y.atan2(seen.x) - first_rad) + step_rad.abs() / 2.0;
+        let beam = (around_rad.rem_euclid(TAU) / step_rad.abs()).floor();
+        let inside = beam >= 0.0 && beam < beams as f64;
         (inside.then_some(beam as usize), seen.norm())
     }
 }
@@ -223,7 +247,7 @@ impl LocalMap {
         slot.x += (point.x as f32 - slot.x) * share;
         slot.y += (point.y as f32 - slot.y) * share;
         if slot.scan != scan {
-            slot.strength = (slot.strength + 1).min(self.config.persistence);
+            slot.strength = slot.strength.saturating_add(1).min(self.config.persistence.max(1));
             slot.scan = scan;
         }
     }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::LocalMap;
 use crate::geometry::{Point2, Pose2};
+use crate::robot::Bound;
 
 /// What counts as a thing, and when it moves.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -48,6 +49,25 @@ impl Default for MotionConfig {
             memory_s: 1.0,
             reach_m: 12.0,
         }
+    }
+}
+
+impl MotionConfig {
+    /// Every setting with its least and greatest usable value.
+    pub(crate) fn bounds(&self) -> [Bound; 11] {
+        [
+            ("gap_m", self.gap_m, 1e-3, 100.0),
+            ("widest_m", self.widest_m, 1e-3, 100.0),
+            ("least_returns", self.least_returns as f64, 1.0, 1e6),
+            ("gate_m", self.gate_m, 1e-3, 100.0),
+            ("follow", self.follow, 0.0, 1.0),
+            ("least_mps", self.least_mps, 0.0, 100.0),
+            ("least_scans", f64::from(self.least_scans), 1.0, 1e6),
+            ("least_way_m", self.least_way_m, 0.0, 100.0),
+            ("fresh_s", self.fresh_s, 0.0, 1e3),
+            ("memory_s", self.memory_s, 0.0, 1e3),
+            ("reach_m", self.reach_m, 0.0, 1e4),
+        ]
     }
 }
 

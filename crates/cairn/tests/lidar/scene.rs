@@ -115,7 +115,7 @@ pub fn drive(discs: &[Disc], goal: Point2, turn_gain: f64, seconds: f64) -> Run 
         let believed = sense.observe(told, &ranges, None, TICK_S);
         run.drift_m = run.drift_m.max(believed.position().distance(pose.position()));
         let measured = Twist2::new(twist.linear_mps, twist.angular_radps / turn_gain);
-        let record = sense.drive(goal, measured, command, TICK_S);
+        let record = sense.drive(goal, measured, command, 1.0, TICK_S);
         if !matches!(record.why, Why::Braking { .. }) {
             let gain = sense.turn_gain();
             let real = |t: Twist2| Twist2::new(t.linear_mps, t.angular_radps * gain);

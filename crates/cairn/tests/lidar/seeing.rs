@@ -1,6 +1,7 @@
 use super::scene::{Disc, drive, post, profile, scan, wall};
 use cairn::geometry::{Point2, Pose2};
 use cairn::locate::{ScanMatchConfig, match_scan};
+use cairn::robot::Lidar;
 use cairn::world::{Beams, LocalMap, LocalMapConfig};
 
 fn room() -> Vec<Disc> {
@@ -61,6 +62,37 @@ fn what_left_is_gone_once_it_was_looked_through_and_what_is_behind_stays() {
         seen(&mut map, Pose2::IDENTITY, &wall((4.0, -3.0), (4.0, 3.0)));
     }
     assert_eq!(near(&map, ahead.center), 0);
+}
+
+#[test]
+fn what_left_is_gone_on_every_side_of_a_lidar_that_looks_all_around_whichever_way_it_turns() {
+    for (first_rad, step_rad) in [(0.0, 1.0), (-180.0, 1.0), (0.0, -1.0), (90.0, 1.0), (0.0, 2.0)] {
+        let lidar = Lidar {
+            beams: (360.0 / f64::abs(step_rad)) as usize,
+            first_rad: f64::to_radians(first_rad),
+            step_rad: f64::to_radians(step_rad),
+            ..profile().lidar.unwrap()
+        };
+        let config = LocalMapConfig::default();
+        let (mut map, beams) = (LocalMap::new(&config), Beams::new(&lidar));
+        let mut look = |range_m: f64| {
+            let ranges = vec![range_m; lidar.beams];
+            map.integrate(Pose2::IDENTITY, &beams, &ranges, &beams.ends(&ranges), |_| false);
+            map.len()
+        };
+        assert!(look(2.0) > 100);
+        for _ in 0..config.persistence {
+            look(f64::INFINITY);
+        }
+        assert_eq!(look(f64::INFINITY), 0, "from {first_rad} by {step_rad} degrees");
+    }
+}
+
+#[test]
+fn a_range_as_great_as_the_lidar_can_tell_is_no_return() {
+    let lidar = Lidar { max_range_m: 5.0, ..profile().lidar.unwrap() };
+    let ends = Beams::new(&lidar).ends(&[5.0, 4.999, f64::INFINITY]);
+    assert_eq!(ends.iter().map(Option::is_some).collect::<Vec<_>>(), [false, true, false]);
 }
 
 #[test]
