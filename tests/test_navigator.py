@@ -274,6 +274,54 @@ def test_a_map_without_a_known_pose_is_as_no_map():
     assert modes == ["stop", "obstacle_avoidance", "obstacle_avoidance"]
 
 
+NOT_MEASURED = np.full(P3AT.range_count, np.nan)
+
+
+@pytest.mark.parametrize("localise", [False, True])
+def test_what_was_seen_before_the_pose_was_told_is_not_on_the_given_map(localise):
+    world = two_rooms()
+    nav = cairn.Navigator(P3AT, world, config={"localise": localise})
+    nav.set_goal((3.0, 2.0))
+    for _ in range(30):
+        nav.step(np.full(P3AT.range_count, 1.0), (0.0, 0.0), 0.0, 0.1)
+    assert nav.map().occupancy.shape != world.occupancy.shape
+    nav.step(NOT_MEASURED, (0.0, 0.0), 0.0, 0.1, START)
+    assert np.array_equal(nav.map().occupancy == 1, world.occupancy == 1)
+
+
+def test_a_goal_given_before_the_pose_is_planned_on_the_map_once_the_pose_is_told():
+    drive = Drive(two_rooms())
+    drive.nav = cairn.Navigator(P3AT, two_rooms())
+    drive.nav.set_goal((7.0, 1.0))
+    drive.truth = False
+    for _ in range(10):
+        drive.tick()
+    drive.truth = True
+    decision = drive.until(ended)
+    assert decision.goal_status == "reached"
+    assert "path_tracking" in drive.modes()
+
+
+def test_a_map_that_is_met_before_the_pose_keeps_a_shared_field():
+    world = two_rooms()
+    first = Drive(world)
+    first.nav.set_goal((7.0, 1.0))
+    first.until(lambda decision: decision.mode == "path_tracking")
+    second = cairn.Navigator(P3AT, world)
+    second.set_goal((7.0, 1.0), field=first.nav.field)
+    for _ in range(5):
+        decision = second.step(NOT_MEASURED, (0.0, 0.0), 0.0, 0.1, START)
+    assert (decision.mode, second.plan_count) == ("path_tracking", 0)
+
+
+def test_where_a_lost_robot_looks_around_an_echo_from_afar_marks_nothing():
+    for range_m, marks in ((2.5, False), (1.5, True)):
+        nav = cairn.Navigator(P3AT, two_rooms(), config={"localise": True})
+        for _ in range(20):
+            nav.step(np.full(P3AT.range_count, range_m), (0.0, 0.0), 0.0, 0.1)
+        assert (nav.map().occupancy == 1).any() == marks
+
+
 @pytest.mark.parametrize("far", [(5.1e5, 5.4e6), (-1e300, 1e300)])
 def test_a_goal_farther_than_a_map_may_reach_is_refused_and_does_no_harm(far):
     nav = cairn.Navigator(P3AT, start=START, config={"trap": {"patience_s": 1.0}})

@@ -489,6 +489,18 @@ impl Odometry {
         }
     }
 
+    /// Puts the robot at `pose`, which is known no better than before, but not by what else was learnt:
+    /// that stays, and moves the pose no more.
+    ///
+    /// # Errors
+    /// [`OdometryError::OdometryInputNotFinite`].
+    pub(crate) fn settle_at(&mut self, pose: Pose2) -> Result<(), OdometryError> {
+        finite_pose(pose)?;
+        let covariance = self.covariance();
+        self.relocate(pose, &covariance);
+        Ok(())
+    }
+
     /// Bias and scales, to be put back with [`Self::set_learnt`].
     pub(super) fn learnt(&self) -> [f64; 3] {
         [self.bias_radps, self.path_scale, self.gyro_scale]

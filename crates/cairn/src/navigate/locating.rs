@@ -12,12 +12,10 @@ use crate::world::{OccupancyGrid, OccupancyMap};
 /// A jump that turns the pose by more leaves what was seen in the wrong place \[rad\].
 const TURNED_RAD: f64 = 0.2;
 
-/// A localiser and what it needs to begin again.
+/// A localiser, and what waits for it.
 #[derive(Clone, Debug)]
 pub(super) struct Locating {
     localiser: Localiser,
-    /// The given map.
-    prior: OccupancyGrid,
     /// What the user wants, once the pose is known.
     held: Option<Task>,
 }
@@ -43,7 +41,7 @@ impl Locating {
             prior,
             navigator.pose_known,
         )?;
-        Ok(Some(Self { localiser, prior: prior.clone(), held: None }))
+        Ok(Some(Self { localiser, held: None }))
     }
 }
 
@@ -57,7 +55,10 @@ impl Navigator {
             let step = before.inverse() * self.odometry.pose();
             let ranges_m = &input.ranges_m[self.profile.sonars.len()..];
             let pose = lidar.observe(step, ranges_m, input.world_from_robot, input.dt_s);
-            self.odometry.set_pose(pose)?;
+            match input.world_from_robot {
+                Some(pose) => self.odometry.set_pose(pose)?,
+                None => self.odometry.settle_at(pose)?,
+            }
             self.pose_known |= self.pose_given;
             return Ok(Located::default());
         }
@@ -93,7 +94,7 @@ impl Navigator {
     /// task waits while the robot looks around.
     pub(super) fn lose_pose(&mut self) -> Result<(), NavigateError> {
         self.pose_known = false;
-        self.map = OccupancyMap::new(&self.config.mapping, self.map.geometry().resolution_m)?;
+        self.map = OccupancyMap::new(&self.config.unmapped(), self.map.geometry().resolution_m)?;
         if self.task.is_some() {
             self.hold_while_lost();
         }
@@ -120,12 +121,16 @@ impl Navigator {
         }
     }
 
-    /// The pose is known: back to the given map, and to the task that waited.
+    /// The pose is known: back to the given map, and to the task that waited, or that was begun without.
     fn know_pose(&mut self) -> Result<(), NavigateError> {
         let was_known = std::mem::replace(&mut self.pose_known, true);
-        let Some(locating) = self.locating.as_mut().filter(|_| !was_known) else { return Ok(()) };
-        self.map = OccupancyMap::from_occupancy(&self.config.mapping, &locating.prior)?;
-        if let Some(task) = locating.held.take().filter(|_| self.task.is_some()) {
+        let Some(prior) = self.prior.as_ref().filter(|_| !was_known) else { return Ok(()) };
+        self.map = OccupancyMap::from_occupancy(&self.config.mapping, prior)?;
+        let task = match &mut self.locating {
+            Some(locating) => locating.held.take().filter(|_| self.task.is_some()),
+            None => self.task.filter(|_| self.asked.is_none()),
+        };
+        if let Some(task) = task {
             self.begin_now(task);
         }
         Ok(())
@@ -135,8 +140,8 @@ impl Navigator {
     fn take_jump(&mut self, jump: Option<Pose2>) -> Result<(), NavigateError> {
         let far_m = self.config.off_path_m;
         let far = |jump: Pose2| jump.x.hypot(jump.y) > far_m || jump.heading.abs() > TURNED_RAD;
-        let (true, Some(locating)) = (jump.is_some_and(far), &self.locating) else { return Ok(()) };
-        self.map = OccupancyMap::from_occupancy(&self.config.mapping, &locating.prior)?;
+        let (true, Some(prior)) = (jump.is_some_and(far), &self.prior) else { return Ok(()) };
+        self.map = OccupancyMap::from_occupancy(&self.config.mapping, prior)?;
         if let Some(task) = self.task.filter(|_| self.asked != Some(Event::Cancelled)) {
             self.begin_now(task);
         }

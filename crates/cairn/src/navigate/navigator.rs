@@ -67,6 +67,8 @@ pub struct Navigator {
     pub(super) matcher: Option<MapMatcher>,
     pub(super) locating: Option<Locating>,
     pub(super) map_given: bool,
+    /// The given map as it was, where the pose in it is not known, or may get lost.
+    pub(super) prior: Option<OccupancyGrid>,
     /// Cells of the given map.
     pub(super) given_cells: usize,
     pub(super) ground: Option<Vec<f32>>,
@@ -186,6 +188,7 @@ impl Navigator {
             matcher,
             locating: None,
             map_given: world.is_some(),
+            prior: world.filter(|_| config.localise || start.is_none()).cloned(),
             given_cells: world.map_or(0, |prior| prior.values.len()),
             ground: None,
             pose_known: start.is_some(),
@@ -229,7 +232,7 @@ impl Navigator {
         };
         if let Some(prior) = world {
             navigator.locating = Locating::new(&navigator, prior)?;
-            if navigator.locating.is_some() && !navigator.pose_known {
+            if !navigator.pose_known {
                 navigator.lose_pose()?;
             }
         }
