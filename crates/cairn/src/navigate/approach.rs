@@ -82,7 +82,7 @@ impl Approach {
 mod tests {
     use super::*;
 
-    const BEAM_RAD: f64 = 0.523_599;
+    const BEAM_RAD: f64 = std::f64::consts::FRAC_PI_6;
     const DT_S: f64 = 0.1;
 
     /// Whether anything is heard to come in two seconds, by five sonars that look ahead.
