@@ -8,7 +8,9 @@ use crate::geometry::{Point2, Pose2};
 const FROM_S: f64 = 0.35;
 /// and is forgotten after this \[s\].
 const UNTIL_S: f64 = 1.6;
-/// Something came from nearer than this by that much at least: a share of the range, and a length \[m\].
+/// What was heard this long ago where it is now stands \[s\].
+const STANDS_S: f64 = 0.6;
+/// Ranges differ by more than chance allows from this on: a share of the range, and a length \[m\].
 const SHORT_BY: f64 = 0.02;
 const SHORT_BY_M: f64 = 0.03;
 /// What came is minded for this long after it was last heard to \[s\], this far around \[m\].
@@ -21,7 +23,8 @@ struct Look {
     age_s: f64,
     sonar_from_world: Pose2,
     cos_half: f64,
-    free_m: f64,
+    range_m: f64,
+    slack_m: f64,
 }
 
 /// The sonars' last looks, and where something came since.
@@ -52,7 +55,8 @@ impl Approach {
             age_s: 0.0,
             sonar_from_world: world_from_sonar.inverse(),
             cos_half: (beam_rad / 2.0).cos(),
-            free_m: range_m * (1.0 - SHORT_BY) - SHORT_BY_M,
+            range_m,
+            slack_m: SHORT_BY * range_m + SHORT_BY_M,
         });
     }
 
@@ -65,10 +69,20 @@ impl Approach {
     }
 
     fn was_free(&self, point: Point2) -> bool {
-        self.looks.iter().take_while(|look| look.age_s >= FROM_S).any(|look| {
+        self.looked(point, FROM_S).any(|(look, far_m)| far_m < look.range_m - look.slack_m)
+    }
+
+    /// Whether what is heard at `middle` was heard there a while ago too: it stands; world frame.
+    pub fn stands(&self, middle: Point2) -> bool {
+        self.looked(middle, STANDS_S).any(|(look, far_m)| (far_m - look.range_m).abs() <= look.slack_m)
+    }
+
+    /// Looks at least so old in whose cone a point lies, and how far away in it.
+    fn looked(&self, point: Point2, least_s: f64) -> impl Iterator<Item = (&Look, f64)> {
+        self.looks.iter().take_while(move |look| look.age_s >= least_s).filter_map(move |look| {
             let at = look.sonar_from_world * point;
             let far_m = at.norm();
-            far_m < look.free_m && at.x >= look.cos_half * far_m
+            (at.x >= look.cos_half * far_m).then_some((look, far_m))
         })
     }
 
@@ -136,6 +150,24 @@ mod tests {
             assert!(!heard(motion, |time_s, sonar| wall(2.0, sonar, time_s)));
             assert!(!heard(motion, |time_s, sonar| wall(2.0 + 0.3 * time_s, sonar, time_s)));
         }
+    }
+
+    #[test]
+    fn what_is_heard_where_it_was_before_stands_and_what_comes_does_not() {
+        let stands = |speed_mps: f64, comes_mps: f64| {
+            let mut approach = Approach::default();
+            (0..15).fold(false, |_, tick| {
+                let time_s = DT_S * f64::from(tick);
+                approach.pass(DT_S);
+                let sonar = Pose2::new(speed_mps * time_s, 0.0, 0.0);
+                let range = wall(3.0 - comes_mps * time_s, sonar, time_s);
+                let stands = approach.stands(sonar * Point2::new(range, 0.0));
+                approach.look(sonar, BEAM_RAD, range);
+                stands
+            })
+        };
+        assert!(stands(0.0, 0.0) && stands(0.6, 0.0));
+        assert!(!stands(0.0, 0.25) && !stands(0.6, 0.25));
     }
 
     #[test]

@@ -25,8 +25,10 @@ const REMEMBERED_S: f64 = 0.6;
 const KEPT_M: f64 = 0.04;
 /// What is nearer to the robot's sides than this is beside it, not ahead \[m\].
 const BESIDE_M: f64 = 0.01;
-/// What comes may come on as fast as this \[m/s\].
+/// What comes may come on as fast as this \[m/s\],
 const COMES_MPS: f64 = 0.3;
+/// and what no wall explains as fast as this, until it is heard to stand or to come \[m/s\].
+const MAY_COME_MPS: f64 = 0.15;
 
 /// A point on the arc of an echo, world frame.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +36,8 @@ pub(super) struct Echo {
     at: Point2,
     age_s: f64,
     placed: bool,
-    comes: bool,
+    /// How fast it may come nearer \[m/s\].
+    comes_mps: f64,
 }
 
 impl Navigator {
@@ -70,8 +73,13 @@ impl Navigator {
             let along = sonar.pose.heading.sin().abs() <= AHEAD_RAD.sin();
             if comes || knows && (!explained || along) {
                 let placed = range_m < PLACED_M && !explained;
+                let comes_mps = match (explained, comes) {
+                    (false, true) => COMES_MPS,
+                    (false, false) if !self.approach.stands(middle) => MAY_COME_MPS,
+                    _ => 0.0,
+                };
                 let half_rad = AXIAL_RAD.min(sonar.beam_rad / 2.0);
-                self.echoes.extend(arc(half_rad).map(|at| Echo { at, age_s: 0.0, placed, comes }));
+                self.echoes.extend(arc(half_rad).map(|at| Echo { at, age_s: 0.0, placed, comes_mps }));
             }
         }
         for (sonar, &range_m) in self.profile.sonars.iter().zip(ranges_m) {
@@ -89,7 +97,7 @@ impl Navigator {
     /// `twist`, no faster than can be stopped before what is heard ahead of it.
     pub(super) fn within_hearing(&self, pose: Pose2, twist: Twist2, dt_s: f64) -> (Twist2, Option<Caution>) {
         let robot_from_world = pose.inverse().turned();
-        let heard = self.echoes.iter().map(|echo| (robot_from_world * echo.at, echo.comes));
+        let heard = self.echoes.iter().map(|echo| (robot_from_world * echo.at, echo.comes_mps));
         let outline = self.profile.footprint;
         let body = GrownBox {
             half_length_m: outline.length_m / 2.0,
@@ -107,13 +115,13 @@ impl Navigator {
     }
 }
 
-/// What `wanted` must be slowed to, along its own curvature, to stop before every one of `heard`, robot frame,
-/// though those that come come on.
+/// What `wanted` must be slowed to, along its own curvature, to stop before every one of `heard`, robot frame, each
+/// with how fast it may come on meanwhile \[m/s\].
 fn before_echoes(
     body: &GrownBox,
     limits: &Limits,
     delay_s: f64,
-    heard: impl Iterator<Item = (Point2, bool)>,
+    heard: impl Iterator<Item = (Point2, f64)>,
     wanted: Twist2,
 ) -> Option<Caution> {
     let speed_mps = wanted.linear_mps.abs();
@@ -123,21 +131,18 @@ fn before_echoes(
     // Running back is running on in a mirror.
     let way = wanted.linear_mps.signum();
     let curvature = wanted.angular_radps / wanted.linear_mps * way;
-    let mut sight_m = [f64::INFINITY; 2];
-    for (point, comes) in heard {
-        let point = Point2::new(point.x * way, point.y);
-        if point.x > body.half_length_m {
-            let least_m = &mut sight_m[usize::from(comes)];
-            *least_m = least_m.min(body.first_contact_m(point, curvature) - KEPT_M).max(0.0);
-        }
-    }
-    // It comes on while the robot brakes: v·T + v²/2a + u·(T + v/a) = d.
-    let late_s = delay_s + COMES_MPS / limits.linear_mps2;
-    let stands_mps = limits.stoppable_mps(sight_m[0], delay_s);
-    let comes_mps = limits.stoppable_mps((sight_m[1] - COMES_MPS * delay_s).max(0.0), late_s);
-    let cap_mps = stands_mps.min(comes_mps);
-    let sight_m = sight_m[0].min(sight_m[1]);
-    (cap_mps < speed_mps).then_some(Caution { sight_m, speed_mps: cap_mps })
+    heard
+        .map(|(point, comes_mps)| (Point2::new(point.x * way, point.y), comes_mps))
+        .filter(|(point, _)| point.x > body.half_length_m)
+        .map(|(point, comes_mps)| {
+            let sight_m = (body.first_contact_m(point, curvature) - KEPT_M).max(0.0);
+            // While the robot brakes it comes on: v·T + v²/2a + u·(T + v/a) = d.
+            let late_s = delay_s + comes_mps / limits.linear_mps2;
+            let cap_mps = limits.stoppable_mps((sight_m - comes_mps * delay_s).max(0.0), late_s);
+            Caution { sight_m, speed_mps: cap_mps }
+        })
+        .filter(|caution| caution.speed_mps < speed_mps)
+        .min_by(|a, b| a.speed_mps.total_cmp(&b.speed_mps))
 }
 
 #[cfg(test)]
@@ -148,14 +153,14 @@ mod tests {
         Limits { linear_mps: 0.7, angular_radps: 2.4, linear_mps2: 0.3, angular_radps2: 1.7 };
     const BODY: GrownBox = GrownBox { half_length_m: 0.3, half_width_m: 0.25, growth_m: 0.01 };
 
-    fn capped(wanted: Twist2, heard: &[(Point2, bool)]) -> Option<f64> {
+    fn capped(wanted: Twist2, heard: &[(Point2, f64)]) -> Option<f64> {
         before_echoes(&BODY, &LIMITS, 0.2, heard.iter().copied(), wanted).map(|caution| caution.speed_mps)
     }
 
     #[test]
     fn the_robot_could_stop_before_an_echo_ahead_or_behind() {
         for way in [1.0, -1.0] {
-            let v = capped(Twist2::new(0.6 * way, 0.3), &[(Point2::new(0.7 * way, 0.1), false)]).unwrap();
+            let v = capped(Twist2::new(0.6 * way, 0.3), &[(Point2::new(0.7 * way, 0.1), 0.0)]).unwrap();
             assert!(v > 0.2 && v * v / 0.6 + 0.2 * v <= 0.4, "{v}");
         }
     }
@@ -163,18 +168,18 @@ mod tests {
     #[test]
     fn before_what_comes_the_robot_stands_before_it_is_there() {
         let wanted = Twist2::new(0.7, 0.0);
-        let v = capped(wanted, &[(Point2::new(1.0, 0.0), true)]).unwrap();
+        let v = capped(wanted, &[(Point2::new(1.0, 0.0), COMES_MPS)]).unwrap();
         let stops_s = 0.2 + v / LIMITS.linear_mps2;
         assert!(v > 0.15 && 0.2 * v + v * v / 0.6 + COMES_MPS * stops_s <= 0.7 - KEPT_M + 1e-9, "{v}");
-        assert!(v < capped(wanted, &[(Point2::new(1.0, 0.0), false)]).unwrap());
+        assert!(v < capped(wanted, &[(Point2::new(1.0, 0.0), 0.0)]).unwrap());
     }
 
     #[test]
     fn an_echo_beside_the_way_or_behind_it_slows_nothing_and_one_at_the_bumper_stops() {
         let wanted = Twist2::new(0.6, 0.0);
         for beside in [Point2::new(0.8, 0.3), Point2::new(0.1, 0.25), Point2::new(-0.5, 0.0)] {
-            assert_eq!(capped(wanted, &[(beside, false)]), None);
+            assert_eq!(capped(wanted, &[(beside, 0.0)]), None);
         }
-        assert_eq!(capped(wanted, &[(Point2::new(0.33, 0.0), false)]), Some(0.0));
+        assert_eq!(capped(wanted, &[(Point2::new(0.33, 0.0), 0.0)]), Some(0.0));
     }
 }
