@@ -179,7 +179,7 @@ impl Cvm {
     ///
     /// `pending` is the command given before it, `obstacles_in_robot` as in [`Cvm::choose`]; any
     /// controller's command may be asked about. It is held to the margin twice, once for what it does
-    /// not know of how the robot lags; where the robot stands nearer than that already, to no touch.
+    /// not know of how the robot lags; where the robot stands nearer than that already, as [`Cvm::keeps_off`].
     pub fn keeps_clear(
         &self,
         current: Twist2,
@@ -203,7 +203,7 @@ impl Cvm {
     ) -> bool {
         let held_to = self.outline.grown(self.config.margin_m);
         let already_nearer = nearest_first.iter().any(|&(_, p)| held_to.contains(p));
-        let outline = if already_nearer { self.body.grown(self.config.obstacle_radius_m) } else { held_to };
+        let outline = if already_nearer { self.held_off(nearest_first) } else { held_to };
         self.braking(current, pending, command, dt_s).is_clear(&outline, nearest_first)
     }
 
@@ -218,10 +218,14 @@ impl Cvm {
         dt_s: f64,
     ) -> bool {
         let nearest_first = self.nearest_first(obstacles_in_robot);
+        self.braking(current, pending, command, dt_s).is_clear(&self.held_off(&nearest_first), &nearest_first)
+    }
+
+    /// The body, grown to hardly more than no touch, or to just short of what it is nearest to.
+    fn held_off(&self, nearest_first: &[(f64, Point2)]) -> GrownBox {
         let now_m = nearest_first.iter().map(|&(_, p)| self.body.distance(p)).fold(f64::INFINITY, f64::min);
         let least_m = self.config.obstacle_radius_m + self.config.least_clearance_m / 2.0;
-        let held_m = least_m.min(now_m - BrakingMotion::SLACK_M).max(0.0);
-        self.braking(current, pending, command, dt_s).is_clear(&self.body.grown(held_m), &nearest_first)
+        self.body.grown(least_m.min(now_m - BrakingMotion::SLACK_M).max(0.0))
     }
 
     fn drive_or_turn(&self, record: &mut AvoidanceRecord, seen: &Seen) {
