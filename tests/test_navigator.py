@@ -207,6 +207,16 @@ def test_a_new_goal_while_moving_is_planned_only_at_rest():
     assert math.dist(drive.robot.truth[:2], (1.0, 3.0)) < 0.15
 
 
+def test_a_new_goal_begins_with_nothing_of_the_old_one_s_way():
+    drive = Drive(two_rooms())
+    drive.nav.set_goal((2.5, 1.0))
+    drive.until(ended)
+    assert len(drive.nav.waypoints) > 0
+    drive.nav.set_goal((1.0, 3.0))
+    assert (len(drive.nav.waypoints), drive.nav.path) == (0, None)
+    assert drive.tick().to_dict()["waypoint_index"] is None
+
+
 def test_knocked_off_its_path_the_robot_walks_the_field_anew_without_a_plan():
     drive = Drive(two_rooms())
     drive.nav.set_goal((7.0, 2.0))

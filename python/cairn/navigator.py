@@ -241,7 +241,7 @@ class Navigator:
 
     @property
     def path(self) -> NDArray[np.float64] | None:
-        """(n, 2) the path last walked down the field, world frame [m]; None before the first."""
+        """(n, 2) the path last walked to this goal, world frame [m]; None before the first."""
         path = self._brain.path
         return path if len(path) else None
 
