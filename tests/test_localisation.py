@@ -64,6 +64,12 @@ def test_a_kidnapped_robot_notices_and_finds_itself_again(drive, elsewhere):
     assert all(row[0] and row[1] < 0.2 for row in rows[-50:])
 
 
+def test_a_pose_kept_till_now_is_not_left_for_one_that_unmapped_boxes_make_likelier():
+    stream = record(ROOM, P3AT, seed=21003, seconds=60, boxes=6)
+    rows = play(Localiser(ROOM, P3AT, start=stream.truth[0]), stream)
+    assert all(row[0] and row[1] < 0.1 for row in rows)
+
+
 @pytest.mark.parametrize("aside", range(0, 360, 90))
 def test_a_start_told_wrong_by_a_quarter_metre_and_five_degrees_is_put_right(drive, aside):
     x, y, heading = drive.truth[0]

@@ -57,7 +57,8 @@ pub struct LocaliserConfig {
     pub found_sigma_m: f64,
     /// When the map explains less than this at the pose, the last readings are searched for elsewhere …
     pub doubt_fit: f64,
-    /// … and the pose is given up where they are likelier by this than at the pose.
+    /// … and the pose is given up where they are likelier by this than at the pose; by twice this if the map
+    /// hardly contradicts it there.
     pub doubt_lead: f64,
     /// A set of poses of one mind corrects the pose when it is elsewhere by more than this \[m\] …
     pub jump_m: f64,
@@ -417,7 +418,11 @@ impl Localiser {
             let lead = found.elsewhere().map_or(f64::INFINITY, |best| found.own.score - best.score);
             self.lead = Some(lead);
             let own = found.own.explained;
-            if lead < -c.doubt_lead && self.is_proven(&found) {
+            // A pose that was kept until now, and at which no reading goes through a wall, has that for it: things
+            // that no map shows may be likelier echoes at another place.
+            let refuted = own.share_contradicted() > 0.5 * c.lost_contradicted;
+            let enough = if refuted { c.doubt_lead } else { 2.0 * c.doubt_lead };
+            if lead < -enough && self.is_proven(&found) {
                 return self.move_to(odometry, found.places[0]);
             }
             let against = if self.on_trial {
